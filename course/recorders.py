@@ -4,12 +4,14 @@ A table is a dict of columns, each a list, so that `plot(table["time"], table["f
 Times are in seconds since the recorder was made.
 """
 
+import math
 import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, Protocol, Self, cast
+from weakref import WeakSet
 
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
@@ -34,6 +36,11 @@ Table = dict[str, list[Any]]
 
 GONE = 0.7  # s without an action server, after which nothing more of a goal can come
 LATE = 1.0  # s by which the report of an exception may come after the end of its goal
+# Each makes a function that a wait for a goal calls again and again.  It is given the action's name, a limit (s), and
+# when the last other goal was sent that may still go on (s, monotonic; -inf for none).  The function returns '', or
+# lines that say where the server is, once a callback there will not return within the limit of its call.  A live
+# session adds its own.
+hanging: list[Callable[[str, float, float], Callable[[], str]]] = []
 
 
 class Recorder:
@@ -113,7 +120,8 @@ class GoalRecorder(Recorder):
                 f"{client!r:.40}"
             )
         keep_feedback(client)
-        self._client = client
+        self._client, self._name = client, action_name(client)
+        self._sent = 0.0  # the time at which the goal was sent (s, monotonic)
         self._handle: ClientGoalHandle | None = None
 
     def send(self, goal: object) -> Self:
@@ -124,6 +132,8 @@ class GoalRecorder(Recorder):
                 f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not {goal!r:.40}"
             )
         self.add(event="goal")
+        self._sent = time.monotonic()
+        _sent.add(self)
         self._client.send_goal_async(goal, feedback_callback=self._on_feedback).add_done_callback(self._on_answer)
         return self
 
@@ -168,21 +178,38 @@ class GoalRecorder(Recorder):
         self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
-        """Wait as for any recorder; raises NodeFailed once the goal's server is gone, because nothing more can come."""
+        """Wait as for any recorder; raises NodeFailed once nothing more can come in time.
+
+        That is so when the goal's server is gone, or is in a callback that does not return in time.
+        """
         gone = Lasting(lambda: not self._client.server_is_ready(), GONE)
+        name = self._name
+        others = [each._sent for each in list(_sent) if each is not self and each._name == name and each._goes_on()]
+        limit = time.monotonic() + timeout - self._sent if self._goes_on() else math.inf
+        looks = [make(name, limit, max(others, default=-math.inf)) for make in hanging]
+        at = ""
 
         def there() -> bool:
             return super(GoalRecorder, self).wait_for(wanted, 0.0)
 
-        if found := wait_until(there, timeout, unless=gone):
+        def over() -> bool:
+            nonlocal at
+            at = next(filter(None, (look() for look in looks)), "") if self._end() is None else ""
+            return gone() or bool(at)
+
+        if found := wait_until(there, timeout, unless=over):
             return found
-        if gone() and self._end() is None:
+        if self._end() is None and (at or gone()):
             before = self.table()["event"][-1:]
-            raise NodeFailed(
-                f"no node serves the action {action_name(self._client)} any more, so this goal has no end: "
-                f"its last event is '{before[0] if before else 'none'}'."
-            )
+            last = f"its last event is '{before[0] if before else 'none'}'."
+            if at:
+                raise NodeFailed(f"this goal of the action {name} will get no further within {timeout:g} s: {last}{at}")
+            raise NodeFailed(f"no node serves the action {name} any more, so this goal has no end: {last}")
         return False
+
+    def _goes_on(self) -> bool:
+        """Return True once the goal was sent, until it has ended."""
+        return self._sent > 0.0 and self._end() is None
 
     def count(self, event: str) -> int:
         """Return how often `event` has occurred."""
@@ -240,6 +267,9 @@ class GoalRecorder(Recorder):
         return next((event for event in self.table()["event"] if event in self.END), None)
 
 
+_sent: WeakSet[GoalRecorder] = WeakSet()  # all whose goal was sent
+
+
 class Observable(Protocol):
     """A node that calls its observers with each of its decisions."""
 
@@ -260,7 +290,8 @@ class DecisionRecorder(Recorder):
 class ParameterRecorder(Recorder):
     """Every attempt to set a parameter of a node in this kernel, by anybody.
 
-    The columns are `name`, `value`, `accepted` and `reason`; the first rows are the parameters' current values.
+    The columns are `name`, `value`, `accepted` and `reason`; the first `at_start` rows are the parameters' values at
+    the recorder's start, which nobody has set meanwhile.
     """
 
     def __init__(self, node: Node) -> None:
@@ -271,6 +302,7 @@ class ParameterRecorder(Recorder):
         for name, parameter in sorted(parameters.items()):
             if name not in ("use_sim_time", "start_type_description_service"):  # rclpy's own
                 self.add(name=name, value=parameter.value, accepted=True, reason="")
+        self.at_start = len(self)
         self._end = watch_parameters(node, self._on_set)
 
     def _on_set(self, parameters: list[Parameter], result: SetParametersResult) -> None:

@@ -10,8 +10,6 @@ import time
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from filelock import FileLock
-
 from course.foundation import storage
 from course.foundation.folders import runtime_folder
 from course.foundation.processes import alive
@@ -60,6 +58,8 @@ class SessionRecord:
 
 def lock() -> contextlib.AbstractContextManager[object]:
     """Return the lock to hold while looking for a domain, until the domain is recorded."""
+    from filelock import FileLock  # here, because each `ros2` command reads the registry, and takes no lock
+
     try:
         return FileLock(runtime_folder() / ".lock", timeout=LOCK)
     except OSError:
@@ -85,14 +85,14 @@ def note_change() -> None:
 
 
 def front(server: int) -> Path:
-    """Return the file with the id of the kernel whose notebook is in front in the JupyterLab of process `server`."""
+    """Return the file with the kernel and the folder of the notebook in front in the JupyterLab of process `server`."""
     return runtime_folder() / f"front-{server}"
 
 
-def put_in_front(server: int, kernel: str) -> None:
-    """Record the kernel whose notebook is in front; '' for none."""
+def put_in_front(server: int, kernel: str, folder: str = "") -> None:
+    """Record the kernel and the folder of the notebook in front; '' for none."""
     with contextlib.suppress(OSError):
-        storage.replace(front(server), f"{kernel}\n".encode(), storage.PRIVATE)
+        storage.replace(front(server), f"{kernel}\n{folder}\n".encode(), storage.PRIVATE)
 
 
 def forget_front(server: int) -> None:

@@ -4,8 +4,11 @@ import os
 from pathlib import Path
 
 
-def stat(pid: int) -> list[str]:
-    """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError if there is no such process."""
+def stat(pid: int | str) -> list[str]:
+    """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError if there is no such process.
+
+    For a thread, `pid` is `PID/task/TID`.
+    """
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
 
 
@@ -22,6 +25,26 @@ def birth(pid: int) -> int:
         return 0
 
 
+def user(pid: int) -> int:
+    """Return the id of the user that a process runs as (the real one); -1 if it is gone."""
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+        return int(next(line.split()[1] for line in lines if line.startswith("Uid:")))
+    except (OSError, StopIteration, IndexError, ValueError):
+        return -1
+
+
+def ancestors(pid: int) -> list[int]:
+    """Return the ids of the parent of a process, of the parent's parent, and so on."""
+    found: list[int] = []
+    try:
+        while (pid := int(stat(pid)[1])) > 0:
+            found.append(pid)
+    except (OSError, IndexError, ValueError):
+        pass
+    return found
+
+
 def processor_time(pid: int) -> float:
     """Return the processor time (s) of a process; 0 if it is gone."""
     try:
@@ -29,6 +52,18 @@ def processor_time(pid: int) -> float:
         return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
     except (OSError, ValueError):
         return 0.0
+
+
+def sleeping(pid: int) -> bool:
+    """Return True if every thread of a process waits (state S), and none runs, is about to run or is stopped.
+
+    On a busy machine a process that only lacks a processor is not sleeping.
+    """
+    try:
+        threads = os.listdir(f"/proc/{pid}/task")
+        return bool(threads) and all(stat(f"{pid}/task/{each}")[0] == "S" for each in threads)
+    except (OSError, IndexError):
+        return False
 
 
 def catches(pid: int, signal: int) -> bool:

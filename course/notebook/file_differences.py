@@ -96,4 +96,7 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
             f"{file.name} differs from its cell in the saved notebook, and is newer: save the notebook, or copy your "
             "change from the file into the cell. The file is what counts."
         )
-    return f"{file.name} differs from its cell: you edited the cell, but did not run it. The file is what counts."
+    return (
+        f"{file.name} differs from its cell: since the cell was run, the cell or the file was edited. The file is what "
+        "counts; running the cell replaces it."
+    )

@@ -1,7 +1,9 @@
 """Helpers of public checks: they start the files as they are on disk, and refuse other nodes with the same names."""
 
 import ast
+import contextlib
 import re
+import signal
 import subprocess
 import sys
 import time
@@ -14,6 +16,7 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
+from course.foundation import processes
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
@@ -26,17 +29,39 @@ from course.session.hints import type_name as field_type
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
 from course.session.offered import other_names
-from course.session.source import CALLBACKS, argument, blocked, calls, functions, name_of
+from course.session.presence import Presence
+from course.session.source import (
+    CALLBACKS,
+    argument,
+    blocked,
+    calls,
+    functions,
+    idle,
+    name_of,
+    one_at_a_time,
+    timer_in_a_callback,
+)
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
 
-# Python itself (`faulthandler`) reports where a program hangs and ends it, whatever the program waits for.
-WATCHED = "import faulthandler; faulthandler.dump_traceback_later({timeout}, exit=True)"
+# Python itself (`faulthandler`) reports where a program is, whatever it waits for, and ends: after some processor time,
+# or when it gets the signal.
+ASK = signal.SIGPROF
+WATCHED = (
+    "import faulthandler, signal; faulthandler.register(signal.SIGPROF, chain=True); "
+    "signal.setitimer(signal.ITIMER_PROF, {limit})"
+)
 RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
 KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it will not change
 BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
-LATE = "Timeout ("  # the beginning of that report
+MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
+LOOK = 0.05  # s between two looks at it
+ONE_AT_A_TIME = (
+    "{0} has no `callback_group`, and so is in the node's default group: each call of it begins only when the one "
+    "before has ended, also while that one awaits."
+)
+ENDING = 1.0  # s for it to report where it is
 
 
 def judge(
@@ -45,9 +70,12 @@ def judge(
     """Start the program `file`, as it is on disk, for the check that follows.
 
     `names` are the services, actions and topics that the check uses.  Raises ExerciseError if the file differs from its
-    cell, LiveError while another node serves one of the names, and the errors of `ros.start`.
+    cell, or by its text does nothing that it is asked for, LiveError while another node serves one of the names, and
+    the errors of `ros.start`.
     """
     as_it_lies(file)
+    if why := idle(file, text_at(Path(file))):
+        raise ExerciseError(why)
     session = live()
     if file in {row.started_as for row in session.rows()}:
         session.stop(file)
@@ -109,6 +137,15 @@ def meant(file: str, maker: str, name: str) -> None:
         raise ExerciseError(f"{frame_at(file, line, source)}\nThe name must be {name}, and here it is {text}.")
 
 
+def node_of(service: str) -> str:
+    """Return the full name of the node that serves `service`; raises LiveError if none does."""
+    presence = Presence(live().node)
+    found = next((name for name in presence.names() if service in presence.services(name)), "")
+    if not found:
+        raise LiveError(f"no node serves {service}")
+    return found
+
+
 def busy(process: Handle, service: str = "") -> str:
     """Return lines that say where a program that makes no progress is; '' if it is waiting.
 
@@ -118,6 +155,8 @@ def busy(process: Handle, service: str = "") -> str:
         return ""
     why = blocked(process.source, service) if service else ""
     found = ["", f"{process.name}: {why}"] if why else []
+    if not why and service and (line := one_at_a_time(process.source, service)):
+        found = ["", str(frame_at(process.name, line, process.source)), ONE_AT_A_TIME.format(service)]
     first, second = process.doing(), process.doing()
     if first and second and first[-1].function == second[-1].function:
         found += [*([] if found else [""]), f"{process.name} is here:", *map(str, second)]
@@ -165,6 +204,48 @@ def slow_timer(file: str, most: float) -> str:
     return ""
 
 
+def rate_in_a_timer(file: str) -> str:
+    """Return lines about a callback of a timer that sleeps by a rate of its own thread's; '' if none does."""
+    source = text_at(Path(file))
+    tree = parse_program(source)
+    if "ThreadedExecutor(" in source or not list(calls(tree, "create_rate")):
+        return ""
+    names = {name_of(argument(call, *CALLBACKS["create_timer"])) for call in calls(tree, "create_timer")}
+    rates = {ast.unparse(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+             for target in node.targets if list(calls(node.value, "create_rate"))}  # fmt: skip
+    for function in functions(tree):
+        for call in calls(function, "sleep") if function.name in names else ():
+            if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in rates:
+                return (
+                    f"\n{frame_at(file, call.lineno, source)}\nA rate needs a thread of its own that spins the node, "
+                    "and here the only one waits for it. The timer alone gives the callback its rate: leave this out."
+                )
+    return ""
+
+
+def more_timers(file: str) -> str:
+    """Return lines about a callback that makes one more timer at each call; '' if none does."""
+    source = text_at(Path(file))
+    if more := timer_in_a_callback(source):
+        return (
+            f"\n{frame_at(file, more[1], source)}\n'{more[0]}' makes one more timer each time that it is called. Make "
+            "the timer once, in `__init__`."
+        )
+    return ""
+
+
+def one_thread(file: str) -> str:
+    """Return lines about a node that is spun by `rclpy.spin(node)`, which has one thread; '' otherwise."""
+    source = text_at(Path(file))
+    for call in calls(parse_program(source), "spin"):
+        if ast.unparse(call.func) == "rclpy.spin" and len(call.args) + len(call.keywords) == 1:
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\nThis spins the node with one thread: while one callback "
+                "runs, no other one does. A MultiThreadedExecutor that has the node, and is spun itself, has several."
+            )
+    return ""
+
+
 def sleeps(file: str, maker: str) -> str:
     """Return the first line of a program's callbacks, those passed to `maker`, that sleeps; '' if none does."""
     source = text_at(Path(file))
@@ -193,32 +274,59 @@ def plain_fields(name: str) -> None:
                 )
 
 
-def run(source: str, *arguments: str, file: str, timeout: float = 5.0) -> str:
+def run(source: str, *arguments: str, file: str, limit: float = 3.0) -> str:
     """Run Python `source` in a separate process, and return its output.
 
-    It uses `file`, the file to check.  Raises NodeFailed, with the lines of that file where it failed or still was
-    after `timeout` s.
+    It uses `file`, the file to check.  Raises NodeFailed, with the lines of that file where it failed, or where it was
+    after `limit` s of work or of sleep.  A program that only lacks a processor is given more time.
     """
     as_it_lies(file)
-    done = subprocess.run(
-        [sys.executable, "-c", f"{WATCHED.format(timeout=timeout)}\n{source}", *arguments],
+    began = time.monotonic()
+    program = subprocess.Popen(
+        [sys.executable, "-c", f"{WATCHED.format(limit=limit)}\n{source}", *arguments],
         stdin=subprocess.DEVNULL,
-        capture_output=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
         errors="replace",
-        check=False,
     )
-    place = rf'File ".*{re.escape(file)}", line (\d+) in (.+)'
-    if LATE in done.stderr and (late := re.search(place, done.stderr)):
-        number = int(late[1])
-        code = Path(file).read_text(errors="replace").splitlines()[number - 1 : number]
+    try:
+        output, errors, killed = _communicate(program, limit)
+    finally:
+        program.kill()
+        program.wait()
+    if killed or program.returncode == -ASK:
+        late = re.search(rf'File ".*{re.escape(file)}", line (\d+) in (.+)', errors)
+        number, function = (int(late[1]), late[2]) if late else (0, "")
+        code = Path(file).read_text(errors="replace").splitlines()[number - 1 : number] if late else []
         raise NodeFailed(
-            f"{file} had not answered after {timeout:g} s. It was here:\n"
-            f"  {file}, line {number}, in {late[2]}\n    {''.join(code).strip()}"
+            f"{file} had not answered after {time.monotonic() - began:.0f} s."
+            + (f" It was here:\n  {file}, line {number}, in {function}\n    {''.join(code).strip()}" if late else "")
         )
-    if done.returncode:
-        raise NodeFailed(str(of_program(Path(file), done.stderr, done.returncode)))
-    return done.stdout
+    if program.returncode:
+        raise NodeFailed(str(of_program(Path(file), errors, program.returncode)))
+    return output
+
+
+def _communicate(program: "subprocess.Popen[str]", limit: float) -> tuple[str, str, bool]:
+    """Return what a program prints, and True if it had to be killed.
+
+    It is ended after it was seen asleep for `limit` s, or after `MOST` s, and killed if it does not say where it is.
+    The looks are counted, and not the seconds, because a busy machine may let neither this process nor that one run.
+    """
+    looks, asleep = 0, 0
+    while True:
+        try:
+            return *program.communicate(timeout=LOOK), False
+        except subprocess.TimeoutExpired:
+            looks += 1
+            asleep += processes.sleeping(program.pid)
+        if asleep * LOOK >= limit or looks * LOOK >= MOST:
+            program.send_signal(ASK)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                return *program.communicate(timeout=ENDING), False
+            program.kill()
+            return *program.communicate(), True
 
 
 def as_it_lies(*files: str, package: str = "") -> None:
@@ -231,7 +339,8 @@ def as_it_lies(*files: str, package: str = "") -> None:
         path = Path(name)
         if why := refusal_of(path):
             raise ExerciseError(
-                f"{name} is unchanged, because the last run of its cell was refused: {why}\n"
+                f"{name} {'is unchanged' if path.exists() else 'was not written'}, because the last run of its cell "
+                f"was refused: {why}\n"
                 "Correct the cell and run it, then check again."
             )
         if not path.is_file():

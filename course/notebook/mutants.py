@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from course.errors import ExerciseError
 from course.session.domains import claim_domain
+from course.session.source import calls
 
 # Operators, and their likely slips.
 SLIPS: dict[type[ast.AST], type[ast.AST]] = {
@@ -50,8 +51,10 @@ SIGNS = {
 }
 AT_ONCE = 2  # mutants that are tested at the same time
 PYTEST = ("-m", "pytest", "-q", "-x", "--tb=line", "-rfE", "--color=no", "-p", "no:cacheprovider")
-FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+))?", re.MULTILINE)
+FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+)\S*)?(?: - (.+))?", re.MULTILINE)
+ERROR = re.compile(r"^E +(.+)$", re.MULTILINE)
 HANGS = "does not end"
+IMPORT = "the import"
 TESTS = "test_it.py"
 
 
@@ -87,21 +90,34 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
     The tests import the file by its name.  Each run has its own folder and ROS domain, and at most `timeout` s. Raises
     ExerciseError when the tests fail for the unchanged file, or when it is not Python.
     """
+    if isinstance(file, str) and "\n" in file:
+        raise ExerciseError("`try_tests` takes the name of the file first, and then the text of the tests")
     path = Path(file)
     try:
         source = path.read_text(encoding="utf-8")
-        mutants = list(mutants_of(source))
+        mutants, started = list(mutants_of(source)), _started_on_import(source)
     except FileNotFoundError:
         raise ExerciseError(f"{path.name} is missing: run the cell that writes it first") from None
     except SyntaxError as error:
         raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}") from None
+    if started:
+        raise ExerciseError(
+            f"{path.name}, line {started.lineno}: `{ast.unparse(started)}` runs when the tests import the file, too: "
+            "put it below `if __name__ == '__main__':`"
+        )
     if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
         raise ExerciseError("there are no tests: a test is a function whose name begins with test_")
     with ThreadPoolExecutor(AT_ONCE) as pool:
-        first = pool.submit(_failing, path.name, source, tests, timeout).result()
+        first, why = pool.submit(_failing, path.name, source, tests, timeout).result()
+        if first == HANGS:
+            raise ExerciseError(f"the tests do not end within {timeout:g} s for the unchanged {path.name}")
         if first:
-            raise ExerciseError(f"{first} fails for the unchanged {path.name}: correct the tests first")
-        found = pool.map(lambda each: _failing(path.name, each.source, tests, timeout), mutants)
+            why = f" ({why})" if why else ""
+            raise ExerciseError(
+                f"{first} fails for the unchanged {path.name}{why}. Find out which of the two is wrong, {path.name} or "
+                "the test, and correct it first"
+            )
+        found = pool.map(lambda each: _failing(path.name, each.source, tests, timeout)[0], mutants)
         return Trial(list(zip(mutants, found, strict=True)))
 
 
@@ -178,13 +194,15 @@ def _other(operator: ast.AST) -> tuple[Any, str]:
     return other(), f"{SIGNS[type(operator)]} becomes {SIGNS[other]}"
 
 
-def _failing(name: str, source: str, tests: str, timeout: float) -> str:
-    """Return the first test that fails for a program, or HANGS; '' if all pass."""
+def _failing(name: str, source: str, tests: str, timeout: float) -> tuple[str, str]:
+    """Return the first test that fails for a program, or HANGS or IMPORT, and the error; '' twice if all pass."""
     claim, domain = claim_domain()
     with tempfile.TemporaryDirectory() as folder, claim:
         (Path(folder) / name).write_text(source, encoding="utf-8")
         (Path(folder) / TESTS).write_text(tests, encoding="utf-8")
-        environment = os.environ | {
+        # A kernel asks programs for colours, and pytest colours parts of its output in spite of --color=no.
+        plain = {name: value for name, value in os.environ.items() if name not in ("FORCE_COLOR", "CLICOLOR_FORCE")}
+        environment = plain | {
             "ROS_DOMAIN_ID": str(domain),
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
             "PYTHONDONTWRITEBYTECODE": "1",
@@ -200,8 +218,15 @@ def _failing(name: str, source: str, tests: str, timeout: float) -> str:
                 timeout=timeout,
             )
         except subprocess.TimeoutExpired:
-            return HANGS
+            return HANGS, ""
     if done.returncode == 0:
-        return ""
-    failed = FAILED.search(done.stdout)
-    return (failed and failed[1]) or "the import"
+        return "", ""
+    failed, error = FAILED.search(done.stdout), ERROR.search(done.stdout)
+    said = error[1] if error else failed[2] if failed else ""
+    return (failed and failed[1]) or IMPORT, said or ""
+
+
+def _started_on_import(source: str) -> ast.Expr | None:
+    """Return a program's call of its own `main()` that is not below a guard; None if there is none."""
+    own = (node for node in ast.parse(source).body if isinstance(node, ast.Expr))
+    return next((node for node in own if next(calls(node, "main"), None)), None)

@@ -8,11 +8,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.cells import PASSED, STUB, Cell
+from course.notebook.file_differences import unlike, written_by
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
+CHANGED = "changed since the check"
 STUBS = ("YOUR ANSWER HERE", STUB)
 HEAD = ("section", "part", "so far", "points")
 
@@ -37,54 +40,92 @@ class Part:
 
 
 class Progress(list[Part]):
-    """The parts of all exercises, in the order of the course; a notebook shows them as a table."""
+    """The parts of all exercises, in the order of the course; a notebook shows them as a table.
+
+    `unread` are the sections whose notebooks could not be read, each with the reason: the table has them, too.
+    """
+
+    def __init__(self, parts: Iterable[Part] = (), unread: Iterable[tuple[str, str]] = ()):
+        super().__init__(parts)
+        self.unread = list(unread)
 
     @property
     def summary(self) -> str:
         """Return a sentence on the progress so far."""
-        if not self:
+        if not self and not self.unread:
             return "There are no exercises here: run this in the folder that holds the sections."
         done = [part for part in self if part.done]
         reached, all_points = (sum(part.points for part in parts) for parts in (done, self))
         return (
             f"{len(done)} of {len(self)} parts done, worth up to {reached:g} of {all_points:g} points: "
             "your instructor's tests decide."
+            + (f" Not counted: {', '.join(section for section, _ in self.unread)}." if self.unread else "")
         )
 
+    def _rows(self) -> list[tuple[tuple[str, ...], bool]]:
+        """Return the texts of each row, and whether the part is done."""
+        parts: list[tuple[tuple[str, ...], bool]] = [(part.texts(), part.done) for part in self]
+        return parts + [((section, f"{section}.ipynb", why, ""), False) for section, why in self.unread]
+
     def __repr__(self) -> str:
-        lines = [HEAD, *(part.texts() for part in self)]
+        lines = [HEAD, *(texts for texts, _ in self._rows())]
         widths = [max(len(line[column]) for line in lines) for column in range(len(HEAD))]
         padded = ("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)) for line in lines)
-        return "\n".join([*(line.rstrip() for line in padded if self), self.summary])
+        return "\n".join([*(line.rstrip() for line in padded if len(lines) > 1), self.summary])
 
     def _repr_html_(self) -> str:
         def row(texts: tuple[str, ...], tag: str) -> str:
             inner = "".join(f'<{tag} style="text-align:left">{html.escape(text)}</{tag}>' for text in texts)
             return f"<tr>{inner}</tr>"
 
-        body = "\n".join(row((*part.texts()[:2], ("✓ " if part.done else "") + part.state, part.texts()[3]), "td")
-                         for part in self)  # fmt: skip
-        table = f"<table><thead>{row(HEAD, 'th')}</thead>\n<tbody>{body}</tbody></table>" if self else ""
+        rows = self._rows()
+        body = "\n".join(row((*texts[:2], ("✓ " if done else "") + texts[2], texts[3]), "td") for texts, done in rows)
+        table = f"<table><thead>{row(HEAD, 'th')}</thead>\n<tbody>{body}</tbody></table>" if rows else ""
         return f"{table}<p>{html.escape(self.summary)}</p>"
 
 
 def progress(folder: Path = Path()) -> Progress:
     """Read the sections' saved notebooks, in the folders of `folder`, or beside it if it is a section's own folder.
 
-    A notebook that cannot be read is left out.
+    A section of the course whose notebook is missing, or cannot be read, is named with the reason.
     """
-    if not list(_notebooks(folder)):
+    if not list(_notebooks(folder)) and list(_notebooks(folder.resolve().parent)):
         folder = folder.resolve().parent
     found = Progress()
-    for path, known in cells.readable(_notebooks(folder)):
-        found += parts(path.stem, known)
+    for name in in_order({path.stem for path in _notebooks(folder)} | {*ORDER}):
+        path = folder / name / f"{name}.ipynb"
+        try:
+            found += parts(name, cells.read(path), path.parent)
+        except UnreadableNotebook as error:
+            found.unread.append((name, f"is damaged: {error}"))
+        except OSError as error:
+            if why := _missing(path) if isinstance(error, FileNotFoundError) else f"cannot be read: {error.strerror}":
+                found.unread.append((name, why))
     return found
 
 
-def parts(section: str, known: list[Cell]) -> Progress:
-    """Return the parts of one section from the cells of its notebook."""
+def _missing(path: Path) -> str:
+    """Return why a section's notebook is not at `path`: renamed, moved or deleted; '' for a section that is not here.
+
+    A course may be handed out without some of the sections.
+    """
+    folder, section = path.parent, path.stem
+    if folder.is_dir():
+        others = sorted(each.name for each in folder.glob("*.ipynb"))
+        called = f"if {' or '.join(others)} is meant, rename it" if others else "it was deleted or moved"
+        return f"is missing: {called}"
+    elsewhere = sorted(each.parent.name for each in folder.parent.glob(f"*/{path.name}"))
+    return f"is in the folder {elsewhere[0]}: rename that folder to {section}" if elsewhere else ""
+
+
+def parts(section: str, known: list[Cell], folder: Path) -> Progress:
+    """Return the parts of one section from the cells of its notebook, and the files that they have written to `folder`.
+
+    A check judges the files of all cells above it, so it says nothing about a cell that was edited and not run since.
+    """
+    differ = unlike(folder, [cell for cell in known if cell.solution])
     return Progress(
-        Part(section, cell.name, _state(cell, known[:at]), _points(cell))
+        Part(section, cell.name, _state(cell, known[:at], differ), _points(cell))
         for at, cell in enumerate(known)
         if cell.mark.get("grade")
     )
@@ -106,8 +147,8 @@ def _points(cell: Cell) -> float:
     return float(points) if isinstance(points, (int, float)) else 0.0
 
 
-def _state(cell: Cell, before: list[Cell]) -> str:
-    """Return the state of a graded cell; `before` are the cells above it."""
+def _state(cell: Cell, before: list[Cell], differ: dict[str, str]) -> str:
+    """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
         return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
     if cell.count is None:
@@ -117,4 +158,5 @@ def _state(cell: Cell, before: list[Cell]) -> str:
         return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
     if any(above.solution and (above.count or 0) > cell.count for above in before):
         return "run it again: the file was written again since"
-    return PASSED
+    changed = [name for above in before if (name := written_by(above)) and differ.get(name)]
+    return f"{CHANGED}: {changed[0]}" if changed else PASSED

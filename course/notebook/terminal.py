@@ -17,8 +17,9 @@ from pathlib import Path
 from course.errors import NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
-from course.session.failure_report import MARK, Frame, of_program, text_at
-from course.session.live import current
+from course.session.endless_waits import EndlessSpin
+from course.session.failure_report import MARK, Frame, frame_at, of_program, text_at
+from course.session.live import Session, current
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -30,6 +31,7 @@ USUAL = 30.0  # s for a command; a longer limit means that it is expected to com
 LOOK = 0.2  # s between two checks whether a program loops, or a node has failed
 IN_VAIN = 3.0  # s that a silent program may wait after a node of the session has failed
 HELD = 2.0  # s without output, after which a program is asked whether it waits for what cannot come
+SLEPT = 5  # looks at which all programs sleep, after which it is asked, twice, whether it spins for nothing: 1 s
 AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
@@ -184,7 +186,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             at = _lines(stacks.loop(program.pid, path, spent))
             if failed.is_set():
                 in_vain = min(in_vain, time.monotonic() + IN_VAIN)
-            at = at or (wait.found() if wait else "")
+            at = at or (wait.found(failed.is_set()) if wait else "")
         elif WAITS in printed and timeout <= USUAL:
             in_vain = min(in_vain, time.monotonic() + IN_VAIN)
     ran = time.monotonic() - end + timeout
@@ -203,23 +205,52 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
 
 
 class _Wait:
-    """A look, now and then, whether a silent program waits for something that cannot come."""
+    """Looks, now and then, whether a silent program waits for something that cannot come."""
 
     def __init__(self, stacks: Stacks, pid: int, path: Path):
         self._stacks, self._pid, self._path = stacks, pid, path
-        self._next = time.monotonic() + HELD  # the time of the next look
+        self._next = time.monotonic() + HELD  # the time of the next look for a wait
         self._seen = ""  # what the last look has found
+        self._asleep = 0  # looks in succession at which it and all programs of the session slept
+        self._spin: EndlessSpin | None = None  # what was found meanwhile
 
-    def found(self) -> str:
-        """Return the lines where the program waits and why that never ends, once two looks have found the same."""
+    def found(self, failed: bool) -> str:
+        """Return the lines where the program waits and why that never ends, once two looks have found the same.
+
+        If a node of the session has `failed`, that is why a future is not done.
+        """
         session = current()
-        if session is None or time.monotonic() < self._next:
+        return (self._waits(session) or ("" if failed else self._spins(session))) if session else ""
+
+    def _waits(self, session: Session) -> str:
+        if time.monotonic() < self._next:
             return ""
         self._next, before = time.monotonic() + AGAIN, self._seen
         self._seen = self._stacks.endless_wait(self._pid, self._path, session.served())
         if not self._seen or self._seen != before:
             return ""
         return f"{_lines(self._stacks.doing(self._pid, self._path))}\n{self._seen}"
+
+    def _spins(self, session: Session) -> str:
+        """Return the lines where the program spins for a future, and why nothing completes that.
+
+        Looks are counted, not seconds: on a busy machine a program that has something to do may be late, but it does
+        not sleep.
+        """
+        if not (processes.sleeping(self._pid) and session.is_at_rest()):
+            self._asleep, self._spin = 0, None
+            return ""
+        self._asleep += 1
+        if self._asleep % SLEPT:
+            return ""
+        before, self._spin = self._spin, self._stacks.endless_spin(self._pid, self._path)
+        if self._spin is None or not session.is_at_rest(self._spin.names):
+            self._spin = None
+            return ""
+        if self._spin != before and not self._spin.call:  # a spin until a future is done may be a passing one
+            return ""
+        spun = frame_at(self._path.name, self._spin.line, text_at(self._path))
+        return f"{_lines(self._stacks.doing(self._pid, self._path) or (spun,))}\n{self._spin}"
 
 
 def _read(program: "subprocess.Popen[bytes]", printed: bytearray) -> None:

@@ -28,9 +28,19 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
     return ""
 
 
+def half(name: str) -> str:
+    """Return what to write for `Calculate_Request`, the class of one half of a service; '' for any other class."""
+    whole, _, part = name.rpartition("_")
+    if not whole or part not in ("Request", "Response"):
+        return ""
+    return f"`{whole}.{part}` is only the class of a {part.lower()}. This takes the type of the service: `{whole}`."
+
+
 def wrong_kind(found: re.Match[str], source: str) -> str:
     """Return the hint on an interface of the wrong kind, such as a message instead of a service."""
     wanted, package, kind, name = found.groups()
+    if why := half(name):
+        return why
     is_one = {"msg": "a message", "srv": "a service", "action": "an action"}.get(kind, "something else")
     wants = {"service": "a service's type, from a `.srv`", "message": "a message's type, from a `.msg`"}[wanted]
     maker = {"srv": "create_service", "action": "ActionServer", "msg": "create_publisher"}.get(kind, "")

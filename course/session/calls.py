@@ -1,6 +1,7 @@
 """The session's service calls: waiting for the server and the answer, and explaining why no answer comes."""
 
 import contextlib
+import math
 import threading
 import time
 from collections.abc import Callable, Collection, Mapping
@@ -15,13 +16,14 @@ from rclpy.task import Future
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
-from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, client_of
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
 from course.session.interface_usage import is_of
-from course.session.matching import served_services, unfit_service, unfit_topics, unserved
+from course.session.matching import SEND, served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
-from course.session.source import blocked, wrong_result
+from course.session.patience import Patience
+from course.session.source import answering, blocked, wrong_result
 from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
@@ -38,6 +40,7 @@ class Calls:
         self.node, self._handles, self.watch, self._outsiders = node, handles, watch, outsiders
         self._clients: dict[tuple[str, type], Client] = {}
         self._outdated: dict[NodeProcess, str] = {}  # programs started before this package was built again
+        self._owing: set[NodeProcess] = set()  # programs that have not answered, and may still work for an earlier call
         self._servers: dict[str, int] = {}  # the number of servers of each service when the reader was last told
 
     def forget(self, services: Collection[str]) -> None:
@@ -102,14 +105,70 @@ class Calls:
                 )
 
     def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
-        if self._done(future, deadline, lambda: self._look_at(client.service_name)):
+        service, servers = client.service_name, self._programs(client.service_name)
+        hanging = self.hanging(service, deadline - time.monotonic())
+
+        def look() -> None:
+            self._look_at(service)
+            if at := hanging():
+                client.remove_pending_request(future)
+                raise self._unanswered(service, f"will not answer within {timeout:g} s", at)
+
+        if self._done(future, deadline, look):
+            self._owing -= {*servers}
             return future.result()
         client.remove_pending_request(future)
-        self._look_at(client.service_name)
-        at = self._doing(client.service_name)
-        why = self._blocked(client.service_name) or ("its server is busy." if at else "is its server busy or blocked?")
+        self._look_at(service)
+        raise self._unanswered(service, f"did not answer within {timeout:g} s", self._doing(service))
+
+    def _unanswered(self, service: str, what: str, at: str) -> CallTimeout:
+        """Return the error that says why a request is given up; `at` are lines that say where the server is."""
+        self._owing |= {*self._programs(service)}
+        why = self._blocked(service) or ("its server is busy." if at else "is its server busy or blocked?")
         unfit = "".join(f"\n{each}" for each in unfit_topics(self.node, self._handles))
-        raise CallTimeout(f"{client.service_name} did not answer within {timeout:g} s: {why}{at}{unfit}")
+        return CallTimeout(f"{service} {what}: {why}{at}{unfit}")
+
+    def _programs(self, name: str) -> list[NodeProcess]:
+        """Return the running programs that serve the service or action `name`."""
+        handles = (each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive)
+        return [handle for handle in handles if handle.services & {name, f"{name}{SEND}"}]
+
+    def is_at_rest(self, names: Collection[str]) -> bool:
+        """Return True if all programs sleep, and no answer or result of these services and actions is under way.
+
+        Then each is served by nobody, or by a program of the session that has nothing left to do.
+        """
+        if not all(each.asleep for each in list(self._handles.values()) if isinstance(each, NodeProcess)):
+            return False
+        for name in names:
+            servers = self._programs(name)
+            count = self.node.count_services(name) + self.node.count_services(f"{name}{SEND}")
+            if len(servers) != count or not all(server.is_at_rest() for server in servers):
+                return False
+        return True
+
+    def hanging(self, name: str, limit: float, beside: float = -math.inf) -> Callable[[], str]:
+        """Return a function for a wait for the service or action `name`, to be called again and again.
+
+        It returns '', or lines that say where the only server is, once a callback there will not return within `limit`
+        s of its call, which begins after this one.  Only an endless loop counts if the program may work for somebody
+        else: for an earlier call, or a goal that was sent at the time `beside` (s, monotonic).
+        """
+        servers = self._programs(name)
+        if len(servers) != 1:
+            return str
+        server = servers[0]
+        asked = name if name in server.services else f"{name}{SEND}"
+        asked_before = server in self._owing or time.time() - server.started > time.monotonic() - beside
+        patience = Patience(server, lambda: answering(server.source, name), math.inf if asked_before else limit)
+
+        def look() -> str:
+            frames = patience.exhausted()
+            if not frames or self.node.count_services(asked) != 1:
+                return ""
+            return "\n".join(["", f"{server.name} is here:", *map(str, frames)])
+
+        return look
 
     def _doing(self, service: str) -> str:
         """Return where the program that serves `service` (or any program, for '') is now; '' if it only waits."""
@@ -135,11 +194,14 @@ class Calls:
         """
         client = client_of(self.node, future)
         gone = Lasting(lambda: client is not None and not _is_served(client), GONE)
+        hanging = self.hanging(_name(client), math.inf) if client is not None else str
 
         def look() -> None:
             self.watch.look()
             if gone() and (why := self._unserved(future)):
                 raise CallTimeout(f"nothing will arrive{why}")
+            if at := hanging():
+                raise CallTimeout(f"nothing will arrive within {timeout:g} s.{at}")
 
         if self._done(future, time.monotonic() + timeout, look):
             return future.result()
@@ -261,6 +323,10 @@ class Calls:
         if running:
             return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?"
         return "There are no services here: has the node been started?"
+
+
+def _name(client: Client | ActionClient) -> str:
+    return action_name(client) if isinstance(client, ActionClient) else client.service_name
 
 
 def _is_served(client: Client | ActionClient) -> bool:

@@ -3,7 +3,9 @@
 import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from course.session.failure_report import text_at
 from course.session.source import WAITS, argument, calls, name_of, parse
@@ -15,7 +17,40 @@ OF_RCLPY = re.compile(r"/rclpy/(.+)$")
 EXECUTORS, FOR_ITSELF = "executors.py", "__init__.py"  # rclpy's files with the executors, and with `rclpy.spin`
 CALLBACK = "handler"  # the executors' function that runs a callback of a node
 
+# What may complete a future, or answer a request, later and by itself, and what a program asks or hears others by.
+BY_ITSELF = re.compile(
+    r"\basync\b|asyncio|concurrent|\bThread\b|_thread\b|\bTimer\b|\bsignal\b|subprocess|create_timer|create_task|"
+    r"create_guard_condition|create_rate|create_subscription|wait_for_message|ParameterClient|import_module|"
+    r"multiprocessing|namespace"
+)
+ASKS = re.compile(r"create_client|ActionClient")
+ANSWERS = re.compile(r"create_service|ActionServer|_parameters_callback")
+
 Call = tuple[str, int, str]  # file, line and function of a frame
+Placed = TypeVar("Placed", bound=ast.expr | ast.stmt)
+
+
+@dataclass(frozen=True)
+class EndlessSpin:
+    """A line of a program's main part that spins without a limit: until a future is done, or until Ctrl-C."""
+
+    line: int
+    names: tuple[str, ...]  # of the services and actions of its clients
+    call: str = ""  # `rclpy.spin(node)`, which only Ctrl-C ends; '' for a spin until a future is done
+
+    def __str__(self) -> str:
+        asked = " and ".join(self.names)
+        if self.call:
+            return (
+                f"Line {self.line}, `{self.call}`, returns only after Ctrl-C, and no answer from {asked} is under way "
+                "any more, so this client never ends. Spin until the answer is there: "
+                "`rclpy.spin_until_future_complete(node, future)`."
+            )
+        return (
+            f"Line {self.line} spins until a future is done, and nothing completes it: no answer from {asked} is under "
+            "way. Is it the future that `call_async(...)` or `send_goal_async(...)` returned, and did the client wait "
+            "for the server before it sent the request?"
+        )
 
 
 def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -> str:
@@ -23,16 +58,16 @@ def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -
 
     `served` are the services and actions that have a server, with their types.
     """
-    source, threads = text_at(path), list(_threads(stacks))
-    for thread in threads:
-        own = next((number for number, call in enumerate(thread) if _is_own(call, path)), None)
+    source, found = text_at(path), list(threads(stacks))
+    for thread in found:
+        own = next((number for number, call in enumerate(thread) if is_own(call, path)), None)
         if own is None:
             continue
         line = thread[own][1]
-        waiting = _waiting_call(source, line, [function for _, function in map(_of_rclpy, thread[:own])])
+        waiting = _waiting_call(source, line, [function for _, function in map(of_rclpy, thread[:own])])
         if waiting in SERVERS and (why := _no_server(source, line, waiting, served)):
             return why
-        if any(_may_spin(each, path) for each in threads if each is not thread):
+        if any(_may_spin(each, path) for each in found if each is not thread):
             continue
         if waiting in BLOCKING:
             return (
@@ -49,26 +84,119 @@ def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -
     return ""
 
 
-def _threads(stacks: str) -> Iterator[list[Call]]:
+def endless_spin(stacks: str, path: Path) -> EndlessSpin | None:
+    """Return where the program at `path`, with these `stacks`, spins until a future is done or without end; else None.
+
+    Only an answer from a service or an action can complete the future, or have the program do something, and their
+    names are written out.
+    """
+    source = text_at(path)
+    names = _asked(source, path)
+    if not names or ANSWERS.search(source):
+        return None
+    for thread in threads(stacks):
+        own = next((number for number, call in enumerate(thread) if is_own(call, path)), None)
+        if own is None:
+            continue
+        line, inner, outer = thread[own][1], thread[:own], thread[own:]
+        spins = any(of_rclpy(call)[0] == EXECUTORS for call in inner)
+        if not spins or any(of_rclpy(call)[0] for call in outer):
+            continue
+        if _spins_without_limit(parse(source), line):
+            return EndlessSpin(line, names)
+        if call := next(_on(calls(parse(source), "spin"), line), None):
+            return EndlessSpin(line, names, ast.unparse(call))
+    return None
+
+
+def is_at_rest(stacks: str, path: Path) -> bool:
+    """Return True if the server at `path`, with these `stacks`, has nothing left to do until it is asked again."""
+    source = text_at(path)
+    if _acts_by_itself(source, path) or ASKS.search(source):
+        return False
+    found = list(threads(stacks))
+    calling = (  # the program's own code, called by an executor
+        is_own(call, path) and any(of_rclpy(each)[0] for each in thread[number:])
+        for thread in found
+        for number, call in enumerate(thread)
+    )
+    return any(of_rclpy(call)[0] == EXECUTORS for thread in found for call in thread) and not any(calling)
+
+
+def _acts_by_itself(source: str, path: Path) -> bool:
+    """Return True if a program may do something without being asked, or has code in other files of its folder."""
+    imported = re.findall(r"^\s*(?:from|import)\s+(\w+)", source, re.MULTILINE)
+    folder = path.parent
+    others = any((folder / name).is_dir() or (folder / f"{name}.py").is_file() for name in imported)
+    return others or BY_ITSELF.search(source) is not None
+
+
+def _asked(source: str, path: Path) -> tuple[str, ...]:
+    """Return the names of all services and actions that a program has clients of; () if one may be another."""
+    tree = parse(source)
+    given = [argument(call, 1, "srv_name") for call in calls(tree, "create_client")]
+    given += [argument(call, 2, "action_name") for call in calls(tree, "ActionClient")]
+    names = [each.value for each in given if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+    if len(names) != len(given) or any(name.startswith("~") for name in names) or _acts_by_itself(source, path):
+        return ()
+    return tuple(dict.fromkeys(f"/{name.lstrip('/')}" for name in names))
+
+
+def _spins_without_limit(tree: ast.Module, line: int) -> bool:
+    """Return True if a line spins until a future is done: by itself, or once in a loop that ends with the future."""
+    for call in _on(calls(tree, "spin_until_future_complete"), line):
+        of_rclpy_itself = isinstance(call.func, ast.Name) or name_of(getattr(call.func, "value", None)) == "rclpy"
+        place = WAITS["spin_until_future_complete"] if of_rclpy_itself else 1  # else of an executor
+        return argument(call, place, "timeout_sec") is None
+    loops = _on((node for node in ast.walk(tree) if isinstance(node, ast.While)), line)
+    once = any(True for _ in _on(calls(tree, "spin_once"), line))
+    return once and any(map(_only_spins, loops))
+
+
+def _on(nodes: Iterator[Placed], line: int) -> Iterator[Placed]:
+    return (node for node in nodes if node.lineno <= line <= (node.end_lineno or node.lineno))
+
+
+def _only_spins(loop: ast.While) -> bool:
+    """Return True if a loop spins, and ends only with a future: `while not future.done()`, `if future.done():`."""
+    tests = [loop.test, *(each.test for each in loop.body if isinstance(each, ast.If))]
+    rest = [each for each in loop.body if not isinstance(each, (ast.If, ast.Pass))]
+    called = {name_of(call.func) for test in tests for call in ast.walk(test) if isinstance(call, ast.Call)}
+    spins = all(
+        isinstance(each, ast.Expr) and isinstance(each.value, ast.Call) and name_of(each.value.func) == "spin_once"
+        for each in rest
+    )
+    plain = not any(isinstance(node, (ast.Compare, ast.NamedExpr)) for test in tests for node in ast.walk(test))
+    return (
+        spins
+        and plain
+        and "done" in called
+        and called <= {"done", "ok"}
+        and not any(isinstance(each, ast.If) and each.orelse for each in loop.body)
+    )
+
+
+def threads(stacks: str) -> Iterator[list[Call]]:
     """Yield the frames of each thread, the innermost first."""
     for stack in re.split(r"^.*\(most recent call first\):$", stacks, flags=re.MULTILINE):
         found = re.findall(r'^  File "(.+)", line (\d+) in (.+)$', stack, re.MULTILINE)
         yield [(file, int(line), function) for file, line, function in found]
 
 
-def _of_rclpy(call: Call) -> tuple[str, str]:
+def of_rclpy(call: Call) -> tuple[str, str]:
     """Return rclpy's file of a frame, and its function; ('', '') for a frame in other code."""
     found = OF_RCLPY.search(call[0])
     return (found[1], call[2]) if found else ("", "")
 
 
-def _is_own(call: Call, path: Path) -> bool:
+def is_own(call: Call, path: Path) -> bool:
+    """Return True for a frame in the program's own file."""
     return Path(call[0]).name == path.name and not OF_RCLPY.search(call[0])
 
 
 def _may_spin(thread: Sequence[Call], path: Path) -> bool:
     """Return True if a thread runs an executor, or the program's own code, which may be about to."""
-    return any(_is_own(call, path) or _of_rclpy(call)[0] == EXECUTORS for call in thread)
+    return any(is_own(call, path) or of_rclpy(call)[0] == EXECUTORS for call in thread)
 
 
 def _waiting_call(source: str, line: int, inner: Sequence[str]) -> str:
@@ -108,10 +236,10 @@ def _no_server(source: str, line: int, waiting: str, served: Mapping[str, Sequen
 
 def _outer_spin(source: str, thread: Sequence[Call], own: int, path: Path) -> int:
     """Return the line in which the program spins, while a callback that this has called spins again; 0 if none does."""
-    spins = [number for number, call in enumerate(thread) if _of_rclpy(call)[0] == FOR_ITSELF and "spin" in call[2]]
+    spins = [number for number, call in enumerate(thread) if of_rclpy(call)[0] == FOR_ITSELF and "spin" in call[2]]
     if "callback_group" in source or len(spins) < 2 or spins[0] > own:
         return 0
     between = thread[own : spins[-1]]
-    if not any(_of_rclpy(call) == (EXECUTORS, CALLBACK) for call in between):
+    if not any(of_rclpy(call) == (EXECUTORS, CALLBACK) for call in between):
         return 0
-    return next((call[1] for call in thread[spins[-1] :] if _is_own(call, path)), 0)
+    return next((call[1] for call in thread[spins[-1] :] if is_own(call, path)), 0)

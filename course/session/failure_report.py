@@ -17,9 +17,10 @@ from typing import Any
 
 from rclpy.exceptions import NotInitializedException
 
+from course.session.clashes import other_type
 from course.session.hints import hint, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
-from course.session.source import defined, exits, no_list, no_result, wrong_guard, wrong_return
+from course.session.source import defined, ends_its_node, exits, is_cell, no_list, no_result, wrong_guard, wrong_return
 
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
@@ -39,6 +40,7 @@ ABOUT_GOALS = {
     NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
     NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
 }
+LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
@@ -46,6 +48,11 @@ COURSE = Path(__file__).resolve().parents[1]
 MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # code that students need not read
 PRE_SET = "_call_pre_set_parameters_callback"  # rclpy's function that uses the list returned by a pre-set callback
 NO_LIST = "The pre-set callback '{}' must return the list of parameters to set, even if it changes nothing."
+DESTROYED = "InvalidHandle: cannot use Destroyable because destruction was requested"
+NODE_ENDED = (
+    "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
+    "this line out."
+)
 MANY = 20  # calls of the reader's own functions: more are a recursion
 MESSAGE_LINES = 6  # lines of an exception's message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
@@ -94,8 +101,13 @@ class FailureReport:
         return "\n".join([head, *map(str, self.frames), *([f"Hint: {self.hint}"] if self.hint else [])])
 
 
-def of_program(path: Path, output: str, status: int, *, before_its_node: bool = False) -> FailureReport:
-    """Return the report on the program at `path` that printed `output` and ended with `status` (negative: a signal)."""
+def of_program(
+    path: Path, output: str, status: int, *, before_its_node: bool = False, exited: tuple[Frame, ...] = ()
+) -> FailureReport:
+    """Return the report on the program at `path` that printed `output` and ended with `status` (negative: a signal).
+
+    `exited` are the frames of the call of `exit()` that has ended it, if known.
+    """
     source = text_at(path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
@@ -107,21 +119,31 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
             if RESULT_TYPE in error
             else class_for_response(source) or idle_lambda(source) or wrong_return(source)
         )
+    destroyed = DESTROYED in error and not frames and ends_its_node(source)
+    if destroyed:
+        frames = (frame_at(path.name, destroyed[1], source),)
     if callback and not _inside(frames):  # the error is raised in rclpy, after the callback
         frames = (frame_at(path.name, callback[1], source),)
     if error:
-        why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
+        if destroyed:
+            why = NODE_ENDED.format(*destroyed)
+        else:
+            why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
         why = f"`{guard[0]}` is never true, so main() does not run: write `if __name__ == '__main__':`."
         return FailureReport(path.name, ending, "", frames, why)
+    if exited and status == 0:
+        return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))
     if never_called(source):
         why = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
     elif status == 0 and never_spins(source):
         why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:
         why = "It created no node: is `super().__init__('name')` reached?"
+    elif status == 0 and (ended := ends_its_node(source)):
+        exited, why = (frame_at(path.name, ended[1], source),), NODE_ENDED.format(*ended)
     elif status == 0:
         why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
     elif name := exits(source):
@@ -132,17 +154,37 @@ def of_program(path: Path, output: str, status: int, *, before_its_node: bool = 
     else:
         why = ""
     said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []
-    return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", (), why)
+    return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", exited, why)
+
+
+def ends_the_program(frame: Frame) -> str:
+    """Return the hint on a call of `exit()` in a function of a node."""
+    return (
+        f"Line {frame.line} ends the whole program, not only '{frame.function}'. A node must keep running: to leave a "
+        "function, write `return`."
+    )
+
+
+def of_exit(who: str, frames: tuple[Frame, ...]) -> FailureReport:
+    """Return the report on a program that called `exit()` in a thread of its executor."""
+    hint = (
+        f"'{frames[-1].function}' never returns after that, and the program goes on: what waits for its answer or its "
+        "result waits in vain. To leave a function, write `return`, in an execute callback with the result."
+    )
+    return FailureReport(who, LEFT, "", frames, hint)
 
 
 def of_exception(
-    who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = ""
+    who: str, error: BaseException, callbacks: list[Callable[..., object]], doing: str = "", cell: str = ""
 ) -> FailureReport:
-    """Return the report on an exception in a node of this kernel; `callbacks` are those of its services."""
+    """Return the report on an exception in a node of this kernel.
+
+    `callbacks` are those of its services, and `cell` is the text of the cell that defines its class.
+    """
     last = "".join(traceback.format_exception_only(error)).strip()
     frames = _own_frames(error.__traceback__)
-    source = _source(error.__traceback__) or next(filter(None, map(text_of, callbacks)), "")
-    why = _hint(last, source, frames)
+    source = _source(error.__traceback__) or cell or next(filter(None, map(text_of, callbacks)), "")
+    why = other_type(error) or _hint(last, source, frames)
     silent = [callback for callback in callbacks if returns_nothing(callback)]
     if not frames and silent and last in NO_RESPONSE:
         why = f"The service callback '{silent[0].__name__}' returns nothing: end it with `return response`."
@@ -162,7 +204,7 @@ def hint_on(error: Exception) -> str:
     frames = _own_frames(error.__traceback__)
     last = "".join(traceback.format_exception_only(error)).strip()
     why = IN_A_CELL if isinstance(error, NotInitializedException) else ""
-    why = why or _hint(last, _source(error.__traceback__), frames)
+    why = why or other_type(error) or _hint(last, _source(error.__traceback__), frames)
     return f"Hint: {why}" if why else ""
 
 
@@ -316,11 +358,6 @@ def _once(frames: list[Frame]) -> tuple[Frame, ...]:
 
 def _place(filename: str) -> str:
     return "the cell" if is_cell(filename) else Path(filename).name
-
-
-def is_cell(filename: str) -> bool:
-    """Return True if the name of compiled code is that of a notebook's cell."""
-    return "ipykernel_" in filename or filename.startswith("<ipython-input")
 
 
 def text_at(path: Path) -> str:

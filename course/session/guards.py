@@ -21,10 +21,11 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
+from rclpy.utilities import get_default_context
 
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
-from course.session.failure_report import is_cell
+from course.session.source import is_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
 EXECUTORS = rclpy.executors.__file__
@@ -143,9 +144,15 @@ class Guards:
                 # No other executor spins it, so this waits, as it would in a program.
                 wait_until(lambda: future.done() or node.executor is None or not node.context.ok(), limit)
                 return
+            own = None
+            if executor is None and node.context is not get_default_context():
+                # For a node that is still being made: rclpy's own executor is one of the default context.
+                executor = own = SingleThreadedExecutor(context=node.context)
             end = time.monotonic() + limit
             while not future.done() and (left := end - time.monotonic()) > 0 and node.context.ok():
                 original(node, future, executor, min(SLICE, left))
+            if own:
+                own.shutdown()
 
         return spin_until_future_complete
 

@@ -4,6 +4,7 @@ There is a hint only if the cause is known.
 """
 
 import ast
+import builtins
 import difflib
 import importlib
 import inspect
@@ -21,6 +22,7 @@ from course.session.mixups import (
     NOT_THERE,
     class_for_response,
     class_passed,
+    gave_nothing,
     hidden_by_file,
     idle_lambda,
     method_for_result,
@@ -30,6 +32,7 @@ from course.session.mixups import (
     returned_nothing,
     session_overwritten,
 )
+from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
 from course.session.slips import methods_asked
 from course.session.source import (
     called_callback,
@@ -43,6 +46,7 @@ from course.session.source import (
     no_result,
     parameter_callbacks,
     parse,
+    spins_a_class,
     wrong_return,
 )
 
@@ -234,21 +238,37 @@ def _no_constructor(found: re.Match[str], source: str) -> str:
 
 
 def _not_callable(found: re.Match[str], source: str) -> str:
-    if name := hidden_method(source):
-        return f"`self.{name} = ...` replaces the method `{name}`: rename one of the two."
+    if hidden := hidden_method(source):
+        name, line = hidden
+        return f"`self.{name} = ...` in line {line} replaces the method `{name}`: rename one of the two."
     if called := called_callback(source):
         method, line = called
         return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
     return "What is called here is not a function. Pass a callback by its name, without brackets: `self.add`."
 
 
+def _wrong_callback(found: re.Match[str], source: str) -> str:
+    if hidden_method(source):
+        return _not_callable(found, source)
+    return "The callback of a subscription must take the message: `(self, msg)`."
+
+
+def _class_for_node(found: re.Match[str], source: str) -> str:
+    if spun := spins_a_class(source):
+        call, name, line = spun
+        return f"`{call}` in line {line} gets the class `{name}`, and needs a node of it: `node = {name}()`."
+    return ""
+
+
 def _called_here(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on the only function that a line calls by a plain name, else by the whole text."""
-    names = {ast.unparse(node.func) for node in ast.walk(parse(code)) if isinstance(node, ast.Call)}
-    if len(names) != 1 or hidden_method(source) or called_callback(source):
+    """Return the hint on what a line calls, if it calls anything but Python's own functions."""
+    names = [name for name in dict.fromkeys(map(ast.unparse, called(code))) if not hasattr(builtins, name)]
+    if not code or hidden_method(source) or called_callback(source):
         return ""
-    kind = "None" if found[1] == "NoneType" else f"a {found[1]}"
-    return f"`{names.pop()}` is {kind} here, not a function: check where it gets its value."
+    kind = with_article(found[1])
+    if len(names) == 1:
+        return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."
+    return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
 
 
 def _of_rclpy(found: re.Match[str], source: str) -> str:
@@ -290,6 +310,8 @@ def _no_such_class(found: re.Match[str], source: str) -> str:
         known = []
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
+    if module.rpartition(".")[2] not in ("msg", "srv", "action"):
+        return f"{module} has no {name}: look for the module that has it.{meant}"
     return (
         f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
     )
@@ -473,6 +495,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "it comes."
         ),
     ),
+    (
+        r"descriptor '__init__' requires a 'super' object",
+        _says("Call `super`, too, with brackets: `super().__init__('my_node')`."),
+    ),
     (r"Node\.__init__\(\) missing 1 required positional argument: 'node_name'", _no_node_name),
     (
         r"has no attribute '_(?:Node__\w+|default_callback_group|parameters|parameter_overrides|context|logger)'",
@@ -559,7 +585,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"'(?:NoneType|bool)' object has no attribute '(?:successful|reason)'",
         _says("A parameter callback must return `SetParametersResult(successful=...)`, on every path through it."),
     ),
-    (r"'(?:bool|str|int|float|NoneType)' object is not callable", _not_callable),
+    (NOT_CALLABLE, _not_callable),
     (
         r"object [A-Z]\w*_(?:Response|Request|Event) can't be used in 'await'",
         _says("Await the future of `call_async(...)`; `call(...)` returns the response directly."),
@@ -598,10 +624,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
         _says("There are no values to choose from. Give a default: `min(values, default=math.inf)`."),
     ),
-    (
-        r"Subscription\.__init__\(\): callback should",
-        _says("The callback of a subscription must take the message: `(self, msg)`."),
-    ),
+    (r"'property' object is not iterable|has no attribute 'executor'", _class_for_node),
+    (r"Subscription\.__init__\(\): callback should", _wrong_callback),
     (
         r"missing 1 required positional argument: 'qos_profile'",
         _says("The last argument is the length of the queue, usually 10: `create_publisher(Twist, 'cmd_vel', 10)`."),
@@ -670,6 +694,10 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^KeyError: '([^']+)'$", _no_such_key),
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
     (r"(Service|Action) classes can not be instantiated", _no_instance),
-    (r"'(bool|str|int|float|NoneType)' object is not callable", _called_here),
+    (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
+    (NOT_CALLABLE, overwritten),
+    (NO_TYPE, overwritten),
+    (NOT_CALLABLE, _called_here),
     (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),
+    (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", gave_nothing),
 )

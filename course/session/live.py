@@ -9,7 +9,7 @@ import atexit
 import os
 import socket
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +21,12 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 from rclpy.task import Future
 
-from course import environment
+from course import environment, recorders
 from course.errors import LiveError
 from course.foundation.waiting import lookouts, wait_until
 from course.interfaces import builder, kept
-from course.ros.rclpy_internals import patch, watch_goals
+from course.ros.rclpy_internals import watch_goals
+from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
 from course.session.failure_report import cell_of
@@ -34,12 +35,20 @@ from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
-from course.session.matching import misfit, served_actions, served_services, unfit_topics, unmatched, unserved
+from course.session.matching import (
+    misfit,
+    misspelt_topics,
+    served_actions,
+    served_services,
+    unfit_topics,
+    unmatched,
+    unserved,
+)
 from course.session.no_world import no_world
 from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
-from course.session.requests import fill
+from course.session.requests import fill, service_type
 from course.session.session_logs import SessionLogs
 from course.session.source import doubts
 from course.session.spinner import Spinner
@@ -48,6 +57,7 @@ from course.session.table import Nodes, Row
 from course.session.watch import Handle, Watch
 
 WORLDLESS = 1.0  # s of waiting, after which the reader is told that no world sends scans
+UNKNOWN = 0.3  # s of waiting for a node that this session has not started, before its name is taken to be wrong
 TELLING = 0.5  # s that a failed wait must have lasted before a possible reason is shown
 
 
@@ -103,6 +113,7 @@ class Session:
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
         lookouts.append(self.watch.look)
+        recorders.hanging.append(self._calls.hanging)
         self._guards = Guards(self.watch.notice, self.apart)
         self._guards.install()
         self._unwatch_goals = watch_goals(self._nodes.goal_failed)
@@ -122,14 +133,19 @@ class Session:
     ) -> Handle:
         """Start a node (a class or a file) and return a handle on it; an earlier one of the same name is stopped.
 
-        A Node subclass is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
+        A Node class is made (with `args` and `kwargs`) and spun in this kernel by an executor with `threads`
         threads.  A file is run in its own process with the command line `args`; this waits at most `timeout` s for its
         node.  A program that only computes is stopped earlier, unless `timeout` is longer than usual.  `parameters`
         overrides declared parameters, as `--ros-args -p name:=value` does.
 
-        Raises LiveError if a file's program ends or has no node in time, and the exceptions of a class's `__init__`.
+        Raises LiveError if a file's program ends or has no node in time, or `threads` is not a whole number from 1 on,
+        and the exceptions of a class's `__init__`.
         """
         self._check_open()
+        if type(threads) is not int or threads < 1:
+            raise LiveError(
+                f"`threads` is a whole number from 1 on, such as `threads=4`, not {threads!r}: nothing was started"
+            )
         if isinstance(what, (str, Path)):
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
@@ -144,6 +160,13 @@ class Session:
         """
         self._look_up(name)
         self._nodes.stop(name)
+
+    def stop_outsider(self, pid: int, born: int) -> None:
+        """Stop a program that others have started, as Ctrl-C does; `born` is the `birth` of its process.
+
+        Raises LiveError if it may not be stopped from here, or does not end.
+        """
+        self._nodes.stop_outsider(pid, born)
 
     def nodes(self) -> Nodes:
         """Return the full names of the running nodes in this session's domain, without hidden ones.
@@ -194,10 +217,12 @@ class Session:
         """Return the log of the node or the file called `name`, or of every node, since its start.
 
         For a file's program it includes all output, and how it ended.  A log line may arrive later than the response
-        that it is about: with `until` this waits, at most `timeout` s, for a line that contains that text.
+        that it is about: with `until` this waits, at most `timeout` s, for a line that contains that text, and tells
+        the reader if none comes.
         """
-        if until is not None:
-            self._logs.wait(name, until, timeout)
+        known = name is None or until is None or wait_until(lambda: self._nodes.has_started(name), UNKNOWN)
+        if until is not None and known and not self._logs.wait(name, until, timeout):
+            say(self._logs.without(name, until))
         found = self._logs.read(name)
         if not found:
             self._look_up(name)
@@ -209,7 +234,7 @@ class Session:
     def wait_for_service(self, service: str, srv_type: type[Any], timeout: float = 5.0) -> None:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._check_open()
-        self._calls.wait_for_service(service, srv_type, timeout)
+        self._calls.wait_for_service(service, service_type(srv_type), timeout)
 
     @interruptible()
     def call(
@@ -221,11 +246,7 @@ class Session:
         `timeout` s, and LiveError for an unknown field or an unfit value.
         """
         self._check_open()
-        if isinstance(srv_type, str):
-            name = srv_type.rpartition("/")[2]
-            raise LiveError(
-                f"the type of a call is a class, not text: write {name} without quotes, and import it first"
-            )
+        srv_type = service_type(srv_type)
         return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
 
     @interruptible()
@@ -248,18 +269,19 @@ class Session:
     def until(self, condition: Callable[[], object], timeout: float = 5.0) -> bool:
         """Wait in the main thread until `condition()` holds; False after `timeout` s.
 
-        The reader is told, once, about topics with unfit QoS, and about scans without a world.
+        The reader is told, once, about topics with unfit QoS or a misspelt name, and about scans without a world.
         """
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
         if timeout > WORLDLESS:
-            if (why := no_world(self.node, self._folder)) and why not in self._told_unfit:
-                self._told_unfit.add(why)
-                say(why)
+            for why in (no_world(self.node, self._folder), *misspelt_topics(self.node)):
+                if why and why not in self._told_unfit:
+                    self._told_unfit.add(why)
+                    say(why)
             if wait_until(condition, timeout - WORLDLESS):
                 return True
         if timeout >= TELLING:
-            for text in unfit_topics(self.node, self._handles):
+            for text in (*misspelt_topics(self.node), *unfit_topics(self.node, self._handles)):
                 if text not in self._told_unfit:
                     self._told_unfit.add(text)
                     self.watch.notice(text)
@@ -276,6 +298,10 @@ class Session:
     def cannot_come(self, maker: str, name: str) -> bool:
         """Return True if programs of this session run, and none can make `name` by `maker` (`create_service`)."""
         return none_will_offer(self._handles, maker, name)
+
+    def is_at_rest(self, names: Collection[str] = ()) -> bool:
+        """Return True if all programs sleep, and no answer or result of these services and actions is under way."""
+        return self._calls.is_at_rest(names)
 
     def served(self) -> dict[str, list[str]]:
         """Return the services and actions that nodes serve, with their types."""
@@ -302,6 +328,7 @@ class Session:
         atexit.unregister(self.close)
         builder.on_replace.remove(self._drop_types)
         lookouts.remove(self.watch.look)
+        recorders.hanging.remove(self._calls.hanging)
         self._unwatch_goals()
         self._guards.remove()
         self._nodes.stop(wait=False)

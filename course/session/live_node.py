@@ -148,4 +148,5 @@ def in_context(
                         notice(f"{self.get_name()} refused {asked.name} = {asked.value!r}{reason}")
             return results
 
-    return type(cls.__name__, (cls, Injector), {"__module__": cls.__module__, "__doc__": cls.__doc__})
+    bases = (cls, Injector) if cls is not Node else (Injector,)
+    return type(cls.__name__, bases, {"__module__": cls.__module__, "__doc__": cls.__doc__})

@@ -1,7 +1,8 @@
 """Finding out why endpoints of a topic or an action do not match: name, type or quality of service (QoS)."""
 
-import linecache
-from collections.abc import Iterator, Mapping
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
 from rclpy.action import ActionClient, get_action_names_and_types
@@ -14,13 +15,15 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from course.ros.names import OF_EVERY_NODE, is_hidden, type_name
 from course.ros.qos import words
 from course.ros.rclpy_internals import action_name, action_type
-from course.session.failure_report import Frame, is_cell, text_of
+from course.session.failure_report import Frame, text_of
 from course.session.node_process import NodeProcess
-from course.session.source import made_at
+from course.session.source import cells_run, made_at
 from course.session.watch import Handle
 
 SEND = "/_action/send_goal"  # a service of every action server
 LISTED = 6  # topics that are named in a message
+ALIKE = 0.8  # least similarity of two topics' names of which one may be meant for the other
+NUMBER = re.compile(r"\d+")
 
 
 def misfit(node: Node, end: Publisher | Subscription, handles: Mapping[str, Handle]) -> str:
@@ -92,7 +95,7 @@ def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:
     """Return a text for each publisher and subscription in the graph with incompatible QoS, with both lines of code."""
     found = []
     for topic, kinds in node.get_topic_names_and_types():
-        if is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds):
+        if _of_no_interest(topic, kinds):
             continue
         for publisher in node.get_publishers_info_by_topic(topic):
             for subscription in node.get_subscriptions_info_by_topic(topic):
@@ -107,6 +110,26 @@ def unfit_topics(node: Node, handles: Mapping[str, Handle]) -> list[str]:
                 text = f"{first} publishes {topic} and {second} subscribes to it, but {_unfit(offered, asked)}"
                 found.append("\n".join([text, *map(str, lines)]))
     return list(dict.fromkeys(found))
+
+
+def misspelt_topics(node: Node) -> list[str]:
+    """Return a text for each topic that is only subscribed to, if one of nearly the same name is published."""
+    topics = [name for name, kinds in node.get_topic_names_and_types() if not _of_no_interest(name, kinds)]
+    published = {name: who for name in topics if (who := node.get_publishers_info_by_topic(name))}
+    found = []
+    for topic in topics:
+        heard = [] if topic in published else node.get_subscriptions_info_by_topic(topic)
+        near = difflib.get_close_matches(topic, published, 1, ALIKE) if heard else []
+        if near and NUMBER.sub("", near[0]) != NUMBER.sub("", topic):  # of two robots, one may not be there yet
+            found.append(
+                f"{_who(node, heard[0])} subscribes to {topic}, which no node publishes. Did you mean {near[0]}, which "
+                f"{_who(node, published[near[0]][0])} publishes?"
+            )
+    return found
+
+
+def _of_no_interest(topic: str, kinds: Sequence[str]) -> bool:
+    return is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds)
 
 
 def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[str, Handle]) -> str:
@@ -146,9 +169,7 @@ def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, ma
 def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) -> Iterator[tuple[str, str]]:
     """Yield the programs and cells that may have made this endpoint, the newest first, each with its place."""
     if end.node_name == node.get_name():
-        for file in reversed(list(linecache.cache)):
-            if is_cell(file):
-                yield "the cell", "".join(linecache.getlines(file))
+        yield from (("the cell", text) for text in cells_run())
     for handle in list(handles.values()):
         if not any(each.rpartition("/")[2] == end.node_name for each in handle.nodes):
             continue

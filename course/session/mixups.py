@@ -3,15 +3,27 @@ the reader's own for a library.
 """
 
 import ast
+import inspect
 import re
 import sys
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse, service_callbacks
+from course.session.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    functions,
+    may_return_nothing,
+    name_of,
+    parse,
+    service_callbacks,
+)
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
+ENDS = ("", ")", "]", "}", "))", ")]", "])")  # one of them may complete the first line of a call
 NOT_THERE = r"'(?:function|method|builtin_function_or_method)' object has no attribute '(\w+)'"
 
 
@@ -39,7 +51,9 @@ def idle_lambda(source: str) -> tuple[str, int, str] | None:
 
 def method_for_result(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on an attribute of a method that was not called, such as `future.result.accepted`."""
-    for used in (node for node in ast.walk(_line(code)) if isinstance(node, ast.Attribute) and node.attr == found[1]):
+    for used in (
+        node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Attribute) and node.attr == found[1]
+    ):
         base = used.value
         if isinstance(base, ast.Attribute) and base.attr == "result" and (sent := _future(base.value, source)):
             return (
@@ -69,7 +83,7 @@ def returned_nothing(source: str, code: str) -> str:
         for function in functions(tree)
         if not any(isinstance(node, (ast.Return, ast.Yield)) and node.value is not None for node in ast.walk(function))
     }
-    for used in (node for node in ast.walk(_line(code)) if isinstance(node, (ast.Attribute, ast.Name))):
+    for used in (node for node in ast.walk(line_tree(code)) if isinstance(node, (ast.Attribute, ast.Name))):
         for line, value in _assigned(used, source):
             if isinstance(value, ast.Call) and name_of(value.func) in silent:
                 name = name_of(value.func)
@@ -127,12 +141,39 @@ def hidden_by_file(found: re.Match[str], source: str) -> str:
     """Return the hint on a module of the reader's folder with the name of an installed one, or ''."""
     name = (found[1] or found[2]).partition(".")[0]
     own = next((each for each in (Path(f"{name}.py"), Path(name)) if each.exists()), None)
-    if own is None or (own.suffix and not _imports(source, name)):
+    if own is None or (own.suffix and not _imports(source, name) and not _lacks(name, found.string)):
         return ""
     if name not in sys.stdlib_module_names and not _installed(name):
         return ""
     kind = "The folder" if own.is_dir() else "The file"
     return f"{kind} {own} beside the notebook hides the installed module `{name}`: rename it."
+
+
+def _lacks(name: str, error: str) -> bool:
+    """Return True if the module `name` of this kernel, another one, has what the error says that it lacks."""
+    lacking = re.search(r"no attribute '(\w+)'|cannot import name '(\w+)'", error)
+    module = sys.modules.get(name)
+    elsewhere = Path(getattr(module, "__file__", None) or "/").resolve().parent != Path.cwd()
+    return lacking is not None and elsewhere and hasattr(module, lacking[1] or lacking[2])
+
+
+def gave_nothing(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a function of the notebook that the line calls and that may return nothing, or ''."""
+    main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
+    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+        function = main.get(name_of(call.func)) if isinstance(call.func, ast.Name) else None
+        if not inspect.isfunction(function):
+            continue
+        try:
+            made = next(functions(parse(textwrap.dedent(inspect.getsource(function)))), None)
+        except (OSError, TypeError):
+            continue
+        if made is not None and may_return_nothing(made):
+            return (
+                f"`{made.name}(...)` returned None: `{made.name}` ends without a `return`. It must return a value on "
+                "every path through it."
+            )
+    return ""
 
 
 def session_overwritten(found: re.Match[str], source: str, code: str) -> str:
@@ -172,9 +213,10 @@ def _returned(function: str, source: str) -> Iterator[tuple[int, ast.expr]]:
                 yield node.lineno, node.value
 
 
-def _line(code: str) -> ast.Module:
-    """Return the syntax tree of a line, which may be the first of a block: `if not handle.accepted:`."""
-    return parse(re.sub(r"^el(?=if\b)", "", f"{code} pass" if code.endswith(":") else code))
+def line_tree(code: str) -> ast.Module:
+    """Return the syntax tree of a line, which may be the first of a block or of brackets: `if not handle.accepted:`."""
+    code = re.sub(r"^el(?=if\b)", "", f"{code} pass" if code.endswith(":") else code)
+    return next((tree for end in ENDS if (tree := parse(f"{code}{end}")).body), ast.Module([], []))
 
 
 def _imports(source: str, name: str) -> bool:

@@ -9,11 +9,12 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
+from course.foundation import processes
 from course.ros.names import base
 from course.session.failure_report import (
     GOAL_FAILED,
@@ -23,6 +24,7 @@ from course.session.failure_report import (
     FailureReport,
     Frame,
     failed_goals,
+    of_exit,
     of_program,
     text_at,
 )
@@ -60,6 +62,7 @@ class NodeProcess:
         self._failed: list[FailureReport] = []
         self._read_lines = 0  # lines of its output
         self._searched_lines = 0  # lines searched for failed goals
+        self._searched_stacks = 0  # bytes of its stacks searched for calls of exit()
         self._printing = threading.Lock()
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self._came: deque[int] = deque(maxlen=KEPT_LINES)  # when each of these lines came, ns since 1970
@@ -185,11 +188,24 @@ class NodeProcess:
             self._searched_lines = self._read_lines
             found = failed_goals(self.path, "".join(self._lines))
             self._failed += [report for report in found if report not in self._failed]
+        if self._stacks.size != self._searched_stacks:
+            self._searched_stacks = self._stacks.size
+            if frames := self._own(self._stacks.exits(self.path)):
+                left = of_exit(self.name, frames)
+                self._failed += [left] if left not in self._failed else []
         if not self.died or self.returncode is None:
             return self._failed
         if self._report is None:
-            self._report = of_program(self.path, self.output, self.returncode, before_its_node=not self.nodes)
+            exited = self._own(self._stacks.exit(self.path))
+            self._report = of_program(
+                self.path, self.output, self.returncode, before_its_node=not self.nodes, exited=exited
+            )
         return [*self._failed, self._report]
+
+    @staticmethod
+    def _own(frames: tuple[Frame, ...]) -> tuple[Frame, ...]:
+        """Return frames that are in functions other than `main`; () if the last one is not."""
+        return () if not frames or frames[-1].function in ("main", "<module>") else frames
 
     def doing(self) -> tuple[Frame, ...]:
         """Return the frames of the program in its file: in a callback, or else in its main part; () if unknown.
@@ -201,6 +217,19 @@ class NodeProcess:
     def loop(self) -> tuple[Frame, ...]:
         """Return the frames of a loop, if the program has only used the processor since its start; else ()."""
         return self._stacks.loop(self.pid, self.path) if self.alive else ()
+
+    def hang(self, callbacks: Collection[str], limit: float) -> tuple[Frame, ...]:
+        """Return the frames of a callback that will not return in time, as `hangs.hang` does."""
+        return self._stacks.hang(self.pid, self.path, callbacks, limit) if self.alive else ()
+
+    @property
+    def asleep(self) -> bool:
+        """Return True if it has ended, or all its threads wait."""
+        return not self.alive or processes.sleeping(self.pid)
+
+    def is_at_rest(self) -> bool:
+        """Return True if it is a server that has nothing left to do until it is asked again."""
+        return self.alive and self._stacks.is_at_rest(self.pid, self.path)
 
     @property
     def state(self) -> str:

@@ -13,6 +13,7 @@ from pathlib import Path
 from rclpy.node import Node
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from course import registry
 from course.foundation import processes
 from course.foundation.untrusted import one_line
 from course.ros.discovery import is_of_process, ports
@@ -22,6 +23,9 @@ from course.session.presence import EVENTS, UNKNOWN
 from course.session.watch import Handle
 
 COMMAND = 60  # characters of a program's command line
+PROGRAM_WORDS = 3  # of a command line, which name the program: python -m NAME
+JUPYTER = ("ipykernel", "jupyter")  # how the names of kernels and of a JupyterLab begin
+SHELLS = ("bash", "dash", "fish", "ksh", "sh", "zsh")
 PROGRAM, HOST = slice(12), slice(2, 4)  # in an endpoint's id
 
 
@@ -50,6 +54,24 @@ class Outsider:
             if Path(python).name.startswith("python") and words and words[0].endswith(".py"):
                 file = Path(f"/proc/{self.pid}/cwd").readlink() / words[0]
                 return (file, tuple(words[1:])) if file.is_file() else None
+        return None
+
+    @property
+    def process(self) -> tuple[int, int] | None:
+        """Return the id and the `birth` of its process if a student may stop it here; None otherwise.
+
+        Another user's process may not be stopped, and neither may a notebook's kernel, a JupyterLab, a shell, or a
+        process without a command line: one that is just being started.
+        """
+        born = processes.birth(self.pid) if self.pid else 0
+        if not born or processes.user(self.pid) != os.getuid() or self.pid in processes.ancestors(os.getpid()):
+            return None
+        if any(record.pid == self.pid and record.kernel for record in registry.running()):
+            return None
+        with contextlib.suppress(OSError):
+            names = [Path(word).name.lstrip("-") for word in _words(self.pid)[:PROGRAM_WORDS]]
+            if not any(name.startswith(JUPYTER) for name in names) and names[0] not in {*SHELLS, ""}:
+                return self.pid, born
         return None
 
     @property

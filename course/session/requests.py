@@ -1,12 +1,31 @@
 """Converts values from a cell to a request or a command line."""
 
+import contextlib
+import importlib
 from collections.abc import Mapping
 from typing import Any
 
 import yaml
 
 from course.errors import LiveError
+from course.session.arguments import half
 from course.session.hints import type_name
+
+
+def service_type(given: Any) -> Any:
+    """Return the type of a service that a cell gives for a call, as its definition was built last.
+
+    Raises LiveError when it is something else.
+    """
+    kind = given if isinstance(given, type) else type(given)
+    if kind is str:
+        name = given.rpartition("/")[2]
+        raise LiveError(f"the type of a call is a class, not text: write {name} without quotes, and import it first")
+    if not hasattr(given, "Request"):
+        raise LiveError(half(kind.__name__) or f"{kind.__name__} is not the type of a service, such as AddTwoInts")
+    with contextlib.suppress(ImportError, ValueError):
+        return getattr(importlib.import_module(kind.__module__.rpartition("._")[0]), kind.__name__, kind)
+    return given
 
 
 def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:

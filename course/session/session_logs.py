@@ -1,5 +1,6 @@
 """The logs of a session's nodes: /rosout, and the output of their programs."""
 
+import difflib
 from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
@@ -11,6 +12,7 @@ from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
+ALIKE = 0.6  # least similarity of a line and the text that was waited for, if it may be meant
 FLOODS = 20  # nodes at most that are reported for logging too much
 
 
@@ -30,16 +32,24 @@ class SessionLogs:
         """Return a follower of new log entries, only those that are `wanted`."""
         return LogFollower(self._book, self._handles, wanted)
 
-    def wait(self, name: str | None, text: str, timeout: float) -> None:
+    def wait(self, name: str | None, text: str, timeout: float) -> bool:
         """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any.
 
-        The wait is over when the file's program has ended: it prints nothing more.
+        The wait is over when the file's program has ended: it prints nothing more.  Returns False without such a line.
         """
         program = self._handles.get(name or "")
-        wait_until(
+        return wait_until(
             lambda: any(text in entry.text for entry in self.read(name)),
             timeout,
             unless=lambda: isinstance(program, NodeProcess) and program.ended,
+        )
+
+    def without(self, name: str | None, text: str) -> str:
+        """Return a sentence on a log without a line with `text`, which names a line that is nearly the same."""
+        lines = [entry.text for entry in self.read(name)]
+        near = difflib.get_close_matches(text, lines, 1, ALIKE)
+        return f"The log of {repr(name) if name else 'all nodes'} has no line with {text!r}." + (
+            f" Did you mean {near[0]!r}?" if near else ""
         )
 
     def read(self, name: str | None) -> Logs:

@@ -4,8 +4,19 @@ import ast
 import difflib
 from collections.abc import Iterator
 
-from course.session.source import argument, calls, functions, name_of, parameter_callbacks, parse
+from course.session.source import (
+    argument,
+    bare_statements,
+    calls,
+    functions,
+    name_of,
+    parameter_callbacks,
+    parse,
+    timer_in_a_callback,
+)
 
+# Methods without arguments that are called for their effect; of `execute` the session says more.
+CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
 ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
 
 
@@ -13,7 +24,10 @@ def slips(cell: str) -> list[str]:
     """Return a sentence for each certain mistake in the functions of a cell, in order of the lines."""
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
-    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree)}
+    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree)}
+    if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
+        text = f"'{more[0]}' makes one more timer each time that it is called. Make the timer once, in `__init__`."
+        found.add((more[1] + skipped, text))
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 
 
@@ -32,6 +46,17 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 wanted = f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
                 text = f"`{ast.unparse(node)}` compares, and changes nothing. To set it, write `{wanted}`."
                 yield node.lineno, text
+
+
+def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield methods used as statements, without their brackets: `goal_handle.succeed`."""
+    own = {function.name for function in functions(tree) if not function.decorator_list}
+    for function in functions(tree):
+        for node in bare_statements(function):
+            of_self = isinstance(node.value, ast.Attribute) and name_of(node.value.value) == "self"
+            if name_of(node.value) in (own if of_self else CALLED):
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}()`."
 
 
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:

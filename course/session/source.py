@@ -1,6 +1,7 @@
 """Finding causes of a program's faults in its text, without running it."""
 
 import ast
+import linecache
 import re
 from collections.abc import Iterable, Iterator
 
@@ -24,6 +25,7 @@ CALLBACKS = {
     "create_subscription": (2, "callback"),
     "create_timer": (1, "callback"),
 }
+GROUP = (9, "callback_group")  # in the same form: always given by name
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -34,6 +36,16 @@ def parse(source: str) -> ast.Module:
         return ast.parse("\n".join(lines))
     except (SyntaxError, ValueError):
         return ast.Module([], [])
+
+
+def is_cell(filename: str) -> bool:
+    """Return True if the name of compiled code is that of a notebook's cell."""
+    return "ipykernel_" in filename or filename.startswith("<ipython-input")
+
+
+def cells_run() -> list[str]:
+    """Return the texts of the cells that this kernel has run, the newest first."""
+    return ["".join(linecache.getlines(file)) for file in reversed(list(linecache.cache)) if is_cell(file)]
 
 
 def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
@@ -81,6 +93,20 @@ def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
     return own or set(found)
 
 
+def answering(source: str, name: str) -> set[str]:
+    """Return the names of the callbacks that answer requests to the service or goals of the action `name`."""
+    tree = parse(source)
+    found: set[str] = set()
+    for call in (*calls(tree, "create_service"), *calls(tree, "ActionServer")):
+        given = [*call.args, *(keyword.value for keyword in call.keywords)]
+        texts = [str(each.value).lstrip("/") for each in given if isinstance(each, ast.Constant)]
+        if name.lstrip("/") in texts:
+            found |= {*map(name_of, given)} - {""}
+    if name.rpartition("/")[2] in ("set_parameters", "set_parameters_atomically"):
+        found |= parameter_callbacks(tree)
+    return found & {function.name for function in functions(tree)}
+
+
 def blocked(source: str, service: str, callback: str = "") -> str:
     """Return why the callback of `service` may never answer, judging by its text, or ''.
 
@@ -111,7 +137,7 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                 f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
                 "itself. Give the client the name of another service."
             )
-        if any(isinstance(node, ast.Await) for node in ast.walk(function)) and _one_group(tree):
+        if _awaits(function) and _one_group(tree):
             return (
                 f"its callback '{function.name}' awaits a client in its own callback group, in which nothing else runs "
                 "until the callback returns. Give the client a group of its own: "
@@ -126,6 +152,24 @@ def blocked(source: str, service: str, callback: str = "") -> str:
         if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
             return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
     return ""
+
+
+def one_at_a_time(source: str, service: str) -> int:
+    """Return the line that makes `service` without a callback group, if its callback awaits; 0 if there is none.
+
+    In the node's default group, each call of it begins only when the one before has ended.
+    """
+    tree = parse(source)
+    awaiting = {each.name for each in functions(tree) if _awaits(each)}
+    line = made_at(source, "create_service", service)
+    made = next((call for call in calls(tree, "create_service") if call.lineno == line), None)
+    if made and name_of(argument(made, *CALLBACKS["create_service"])) in awaiting and not argument(made, *GROUP):
+        return line
+    return 0
+
+
+def _awaits(function: ast.AST) -> bool:
+    return any(isinstance(node, ast.Await) for node in ast.walk(function))
 
 
 def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
@@ -155,7 +199,7 @@ def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
 def _one_group(tree: ast.AST) -> bool:
     """Return True if services and clients are made without a callback group."""
     made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
-    return bool(made) and not any(argument(call, 9, "callback_group") for call in made)
+    return bool(made) and not any(argument(call, *GROUP) for call in made)
 
 
 def _endless(function: ast.AST) -> bool:
@@ -171,6 +215,30 @@ def exits(source: str) -> str:
         if function.name != "main" and (ended or any(list(calls(function, name)) for name in ENDS)):
             return function.name
     return ""
+
+
+def ends_its_node(source: str) -> tuple[str, int, str] | None:
+    """Return a method that destroys its node or shuts rclpy down: its name, the line, and the call; None if none does.
+
+    A method that nobody could pass as a callback is not looked at: `main`, and those that spin, or begin with `_`.
+    """
+    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    for function in (each for node in classes for each in functions(node)):
+        if function.name == "main" or function.name.startswith("_") or next(calls(function, "spin"), None):
+            continue
+        for name in ("shutdown", "try_shutdown", "destroy_node"):
+            for call in calls(function, name):
+                of = ast.unparse(call.func).rpartition(".")[0]
+                if of in (("self",) if name == "destroy_node" else ("rclpy", "self.context")):
+                    return function.name, call.lineno, ast.unparse(call)
+    return None
+
+
+def makes_one_node(source: str) -> bool:
+    """Return True if a program's text makes a single node: one class of it, or one call of `Node` or `create_node`."""
+    tree = parse(source)
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
+    return len([*classes, *calls(tree, "Node"), *calls(tree, "create_node")]) == 1
 
 
 def without_self(source: str) -> set[str]:
@@ -206,13 +274,26 @@ def misspelt_init(source: str, cls: str = "") -> str:
     return ""
 
 
-def hidden_method(source: str) -> str:
-    """Return the method that is hidden by an attribute: `self.enable = False` hides `def enable`."""
+def hidden_method(source: str) -> tuple[str, int] | None:
+    """Return the method that is hidden by an attribute, and the line: `self.enable = False` hides `def enable`."""
     tree = parse(source)
     stored = {
-        node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+        node.attr: node.lineno
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
     }
-    return next((function.name for function in functions(tree) if function.name in stored), "")
+    return next(((each.name, stored[each.name]) for each in functions(tree) if each.name in stored), None)
+
+
+def spins_a_class(source: str) -> tuple[str, str, int] | None:
+    """Return a call that spins a class of the program in place of a node of it: the call, the class, and the line."""
+    tree = parse(source)
+    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for name in ("spin", "spin_once", "spin_until_future_complete", "add_node"):
+        for call in calls(tree, name):
+            if call.args and name_of(call.args[0]) in classes:
+                return ast.unparse(call.func), name_of(call.args[0]), call.lineno
+    return None
 
 
 def called_callback(source: str) -> tuple[str, int] | None:
@@ -337,6 +418,12 @@ def _runs_out(body: list[ast.stmt]) -> bool:
     return not isinstance(last, (ast.Return, ast.Raise, ast.While, ast.Match))
 
 
+def may_return_nothing(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """Return True if the end of a function may be reached without a `return` with a value."""
+    returned = [node for node in ast.walk(function) if isinstance(node, ast.Return)]
+    return _runs_out(function.body) or any(node.value is None for node in returned)
+
+
 def never_begins(source: str) -> tuple[str, int] | None:
     """Return the name of a `handle_accepted_callback` that never executes the goal, and the line of its `def`."""
     tree = parse(source)
@@ -349,8 +436,9 @@ def never_begins(source: str) -> tuple[str, int] | None:
         for each in node.keywords
         if each.arg == name
     ]
+    bare = {id(node.value) for node in bare_statements(tree)}
     begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
-                 for node in ast.walk(tree))  # fmt: skip
+                 and id(node) not in bare for node in ast.walk(tree))  # fmt: skip
     named = {name_of(each) for each in given if each is not None}
     found = (
         function
@@ -360,14 +448,75 @@ def never_begins(source: str) -> tuple[str, int] | None:
     return next(((function.name, function.lineno) for function in found), None)
 
 
-def doubts(place: str, source: str) -> list[str]:
-    """Return descriptions of code in a program or a cell that runs, but cannot be intended."""
-    found = []
-    if idle := never_begins(source):
-        found.append(
-            f"{place}, line {idle[1]}: '{idle[0]}' receives each accepted goal, but nothing "
+def bare_statements(tree: ast.AST) -> Iterator[ast.Expr]:
+    """Yield the statements that only name an attribute, such as `goal_handle.execute`."""
+    return (node for node in ast.walk(tree) if isinstance(node, ast.Expr) and isinstance(node.value, ast.Attribute))
+
+
+def empty_executor(source: str) -> tuple[str, int] | None:
+    """Return the call that spins an executor to which a program adds no node, and its line; None if none does."""
+    tree = parse(source)
+    if "add_node" in source or any(
+        isinstance(node, ast.Attribute) and node.attr == "executor" for node in ast.walk(tree)
+    ):
+        return None
+    made = {
+        ast.unparse(target)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+        if name_of(node.value.func) in ("MultiThreadedExecutor", "SingleThreadedExecutor")
+        for target in node.targets
+    }
+    handed = {ast.unparse(each) for node in ast.walk(tree) if isinstance(node, ast.Call)
+              for each in (*node.args, *(keyword.value for keyword in node.keywords))}  # fmt: skip
+    for call in calls(tree, "spin"):
+        if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in made - handed:
+            return ast.unparse(call), call.lineno
+    return None
+
+
+def timer_in_a_callback(source: str) -> tuple[str, int] | None:
+    """Return a callback that makes one more timer at each call, and the line of `create_timer`; None if none does."""
+    tree = parse(source)
+    if list(calls(tree, "cancel")) or list(calls(tree, "destroy_timer")):
+        return None
+    makers = ("create_subscription", "create_timer", "create_service")
+    named = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
+    for function in functions(tree):
+        for statement in function.body if function.name in named else ():
+            made = (
+                next(calls(statement, "create_timer"), None) if isinstance(statement, (ast.Assign, ast.Expr)) else None
+            )
+            if made:
+                return function.name, made.lineno
+    return None
+
+
+def idle(place: str, source: str) -> str:
+    """Return why a program does nothing that it is asked for, with the line; '' if its text does not show that."""
+    if silent := never_begins(source):
+        bare = next((node for node in bare_statements(parse(source)) if name_of(node.value) == "execute"), None)
+        if bare:
+            text = ast.unparse(bare)
+            return (
+                f"{place}, line {bare.lineno}: `{text}` is the method itself, and nothing calls it, so no goal starts. "
+                f"Write `{text}()`."
+            )
+        return (
+            f"{place}, line {silent[1]}: '{silent[0]}' receives each accepted goal, but nothing "
             "calls `goal_handle.execute()`, so no goal starts."
         )
+    if empty := empty_executor(source):
+        return (
+            f"{place}, line {empty[1]}: `{empty[0]}` spins an executor to which no node was added, so no callback "
+            f"runs. Add the node before: `{empty[0].rpartition('.')[0]}.add_node(node)`."
+        )
+    return ""
+
+
+def doubts(place: str, source: str) -> list[str]:
+    """Return descriptions of code in a program or a cell that runs, but cannot be intended."""
+    found = [why] if (why := idle(place, source)) else []
     if wrong := wrong_cancel(source):
         found.append(
             f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "

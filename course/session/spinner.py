@@ -10,7 +10,7 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, Sh
 from rclpy.node import Node
 
 from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
-from course.session.failure_report import FailureReport, of_exception
+from course.session.failure_report import FailureReport, cell_of, of_exception
 
 KEPT = 100  # exceptions of one node
 REPORTS = 20  # exceptions that are shown to the reader: their texts may differ
@@ -51,7 +51,8 @@ class Spinner:
     def caught(self, error: BaseException, doing: str = "") -> None:
         """Keep an exception of a callback for the reader, once for each place; `doing` describes the callback."""
         self.errors.append(error)
-        self.tell(of_exception(f"The node {self.node.get_name()}", error, self._service_callbacks(), doing))
+        who, cell = f"The node {self.node.get_name()}", next(filter(None, map(cell_of, type(self.node).__mro__)), "")
+        self.tell(of_exception(who, error, self._service_callbacks(), doing, cell))
 
     def tell(self, report: FailureReport) -> None:
         """Keep a report for the reader, once for each place."""

@@ -4,16 +4,18 @@ The program itself writes them at a signal (`started/sitecustomize.py`), even in
 """
 
 import contextlib
+import itertools
 import os
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from course.foundation import processes
 from course.foundation.waiting import wait_until
-from course.session.endless_waits import endless_wait
+from course.session.endless_waits import EndlessSpin, endless_spin, endless_wait, is_at_rest
 from course.session.failure_report import Frame, where
+from course.session.hangs import hang
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to write its stacks
@@ -52,6 +54,41 @@ class Stacks:
         `served` are the services and actions that have a server, with their types.
         """
         return endless_wait(self._written(pid), path, served)
+
+    def endless_spin(self, pid: int, path: Path) -> EndlessSpin | None:
+        """Return where the process spins until a future is done, as `endless_waits.endless_spin` does."""
+        return endless_spin(self._written(pid), path)
+
+    def is_at_rest(self, pid: int, path: Path) -> bool:
+        """Return True if the process, a server, has nothing left to do until it is asked again."""
+        return is_at_rest(self._written(pid), path)
+
+    def hang(self, pid: int, path: Path, callbacks: Collection[str], limit: float) -> tuple[Frame, ...]:
+        """Return the frames of a callback of the process that will not return in time, as `hangs.hang` does."""
+        return hang(self._written(pid), path, callbacks, limit)
+
+    def exits(self, path: Path) -> tuple[Frame, ...]:
+        """Return the frames, in the file at `path`, of the last call of `exit()` in another thread than the main one.
+
+        There it ends a callback, but not the program.
+        """
+        return self._exit(path, "other thread")
+
+    def exit(self, path: Path) -> tuple[Frame, ...]:
+        """Return the frames, in the file at `path`, of the call of `exit()` that has ended the program."""
+        return self._exit(path, "main thread")
+
+    def _exit(self, path: Path, thread: str) -> tuple[Frame, ...]:
+        text = os.pread(self.descriptor, os.fstat(self.descriptor).st_size, 0).decode(errors="replace")
+        mark = f"{sitecustomize.EXIT} in the {thread} (most recent call first):\n"
+        _, found, stack = text.rpartition(mark)
+        lines = list(itertools.takewhile(lambda line: line.startswith("  File "), stack.splitlines()))
+        return where("\n".join([mark, *lines]), path) if found else ()
+
+    @property
+    def size(self) -> int:
+        """Return the number of bytes that the program has written."""
+        return os.fstat(self.descriptor).st_size
 
     def _written(self, pid: int) -> str:
         """Have the process write the stacks of its threads, and return them; '' if it cannot."""

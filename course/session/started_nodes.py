@@ -26,12 +26,12 @@ from course.session.failure_report import Frame, text_at
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
-from course.session.outsiders import Outsiders
+from course.session.outsiders import Outsider, Outsiders
 from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts
+from course.session.source import doubts, makes_one_node
 from course.session.spinner import Spinner
 from course.session.table import Row
 from course.session.watch import Handle, Watch
@@ -96,7 +96,7 @@ class StartedNodes:
 
         def again() -> Handle:
             process = self._start_file(path, [*map(str, args), *_arguments(parameters)], timeout)
-            if parameters and len(process.nodes) == 1:
+            if parameters and len(process.nodes) == 1 and makes_one_node(process.source):
                 with contextlib.suppress(CallTimeout):  # it is busy, but can be started all the same
                     service = f"{process.nodes[0]}/list_parameters"
                     names = self._calls.call(service, ListParameters, ListParameters.Request(), ASKED).result.names
@@ -123,6 +123,17 @@ class StartedNodes:
             for key in [name] if name else list(self._handles):
                 if handle := self._handles.pop(key, None):
                     self._stop(handle, wait)
+
+    def stop_outsider(self, pid: int, born: int) -> None:
+        """Stop a program that others have started, as Ctrl-C does; `born` is its `birth`.
+
+        Raises LiveError if it may not be stopped from here, or does not end.
+        """
+        for each in self._outsiders.nodes():
+            if each.process == (pid, born):
+                _end(each, born)
+                return
+        raise LiveError(f"process {pid} has no node any more, or must not be stopped from here")
 
     def stop_users(self, package: str) -> None:
         """Stop the nodes of this kernel that use an interface of `package`."""
@@ -160,8 +171,7 @@ class StartedNodes:
             return self.restart(own[0])
         for each in self._outsiders.serving(name):
             if program := each.program:
-                if not _ends(each.pid):
-                    raise LiveError(f"{each} still runs {ENDING:g} s after Ctrl-C. To end it: `!kill {each.pid}`")
+                _end(each, processes.birth(each.pid))
                 return self.start_file(program[0], program[1], {}, USUAL)
         raise LiveError(f"no running server of {name} can be restarted in this notebook")
 
@@ -175,7 +185,8 @@ class StartedNodes:
                 known.add(name)
         outside = self._outsiders.nodes()
         for each in outside:  # it may have the same name as one of them
-            rows.append(Row(each.node, "running", None, f"not started by this session: {each.where}"))
+            where = f"not started by this session: {each.where}"
+            rows.append(Row(each.node, "running", None, where, process=each.process))
             known.add(each.node)
         rows += [
             Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
@@ -201,7 +212,7 @@ class StartedNodes:
     ) -> LiveNode:
         if not (isinstance(what, type) and issubclass(what, Node)):
             raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
-        for handle in list(self._handles.values()):
+        for handle in list(self._handles.values()) if what is not Node else ():  # two of rclpy's own are two nodes
             if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
                 self._replace(handle.name)
         context, notice = self._calls.node.context, self._watch.notice
@@ -323,9 +334,10 @@ def _arguments(parameters: Mapping[str, object]) -> list[str]:
     return ["--ros-args", *itertools.chain.from_iterable(overrides)] if overrides else []
 
 
-def _ends(pid: int) -> bool:
-    """Send a process SIGINT; return True once it has ended, False if it still runs after ENDING s."""
-    born = processes.birth(pid)
-    with contextlib.suppress(ProcessLookupError):
-        os.kill(pid, signal.SIGINT)
-    return wait_until(lambda: not processes.alive(pid, born), ENDING)
+def _end(outsider: Outsider, born: int) -> None:
+    """Send a program with this `birth` SIGINT, and wait until it has ended; raises LiveError if it still runs."""
+    if processes.alive(outsider.pid, born):
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(outsider.pid, signal.SIGINT)
+    if not wait_until(lambda: not processes.alive(outsider.pid, born), ENDING):
+        raise LiveError(f"{outsider} still runs {ENDING:g} s after Ctrl-C. To end it: `!kill {outsider.pid}`")

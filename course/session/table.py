@@ -19,6 +19,7 @@ class Row:
     started_as: str = ""  # its name for `stop` and `restart`: the node's, or the file's; '' if started by others
     alive: bool = True
     reports: tuple[str, ...] = ()  # reports on its exceptions and its end, with the reader's own lines
+    process: tuple[int, int] | None = None  # id and birth of a process started by others that may be stopped here
 
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of the row."""

@@ -122,6 +122,47 @@ def test_a_goal_whose_server_is_gone_has_no_end(session):
     client.destroy()
 
 
+LATE = """import time
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionServer
+from rclpy.executors import MultiThreadedExecutor
+
+def execute(handle):
+    for number in range(handle.request.order):
+        time.sleep(0.5)
+    if handle.request.order == 1:
+        time.sleep(60)
+    while handle.request.order > 1:
+        time.sleep(0.1)
+
+rclpy.init()
+node = rclpy.create_node('late')
+server = ActionServer(node, Fibonacci, 'late', execute)
+executor = MultiThreadedExecutor(3)
+executor.add_node(node)
+executor.spin()
+"""
+
+
+def test_a_goal_whose_server_cannot_go_on_in_time_is_told_before_the_limit(session, tmp_path):
+    (tmp_path / "late.py").write_text(LATE)
+    session.start(tmp_path / "late.py")
+    client = ActionClient(session.node, Fibonacci, "late")
+    assert client.wait_for_server(10)
+    asleep = GoalRecorder(client).send(Fibonacci.Goal(order=1))
+    assert asleep.wait_end(0.5) is None
+    start = time.monotonic()
+    with pytest.raises(NodeFailed, match=r"no further within 10 s: its last event is 'accepted'\.\n") as told:
+        asleep.wait_end(10.0)
+    assert str(told.value).endswith("late.py is here:\n  late.py, line 11, in execute\n    time.sleep(60)")
+    loops = GoalRecorder(client).send(Fibonacci.Goal(order=2))  # beside the other one
+    with pytest.raises(NodeFailed, match=r"late.py is here:\n  late\.py, line 1[123], in execute\n"):
+        loops.wait_for(9, 10.0)
+    assert time.monotonic() < start + 12.0
+    client.destroy()
+
+
 def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):
     node = session.start(DynamicParameterNode).node
     record = ParameterRecorder(node)
@@ -132,7 +173,7 @@ def test_every_attempt_to_set_a_parameter_is_recorded_whoever_makes_it(session):
         parameters=[Parameter("threshold", value=120.0).to_parameter_msg()],
     )
     table = record.table()
-    assert table["name"] == ["threshold"] * 3
+    assert table["name"] == ["threshold"] * 3 and record.at_start == 1
     assert table["value"] == [50.0, 60.0, 120.0]
     assert table["accepted"] == [True, True, False]
     assert "0 to 100" in table["reason"][2]

@@ -137,6 +137,23 @@ def test_a_session_that_ended_before_it_was_written_down_is_none(zombie):
     assert processes.birth(pid) == 0 and not processes.alive(pid, processes.birth(pid))
 
 
+def test_a_process_sleeps_only_while_all_its_threads_wait(zombie):
+    text = "import threading, time; threading.Thread(target=lambda: input() or spin()).start()\n"
+    text += "def spin():\n    while True: pass\ntime.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", text], stdin=subprocess.PIPE, text=True) as process:
+        assert wait_until(lambda: processes.sleeping(process.pid), 10)
+        process.send_signal(signal.SIGSTOP)
+        assert wait_until(lambda: not processes.sleeping(process.pid), 10)
+        process.send_signal(signal.SIGCONT)
+        assert wait_until(lambda: processes.sleeping(process.pid), 10)
+        process.stdin.write("\n")
+        process.stdin.flush()
+        assert wait_until(lambda: not processes.sleeping(process.pid), 10)
+        assert not any(processes.sleeping(process.pid) for _ in range(20))  # it wants a processor, or has one
+        process.kill()
+    assert not processes.sleeping(zombie[0]) and not processes.sleeping(process.pid)
+
+
 def test_ending_a_session_does_not_wait_for_whoever_started_it(session, monkeypatch):
     """It is a zombie then: no second signal, no time limit."""
     (record,) = registry.running()

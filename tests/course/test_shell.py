@@ -385,6 +385,44 @@ def test_a_terminal_of_jupyterlab_follows_the_notebook_in_front_through_a_restar
         kernel.stop()
 
 
+def test_a_terminal_of_jupyterlab_is_in_the_folder_of_the_notebook_in_front_until_one_goes_elsewhere(
+    environment, open_terminal, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+    for name in ("services", STRANGE, "ros2_ws"):
+        (tmp_path / name).mkdir()
+
+    def bring(name: str) -> None:
+        registry.put_in_front(os.getpid(), "", str(tmp_path / name) if name else "")
+
+    def expect_folder(terminal: Terminal, keys: str, name: str) -> None:
+        terminal.type(keys)
+        terminal.read_until(rf"\x1b\[1m{name} \(domain \d+\)\x1b\[0m \$ $")
+
+    try:
+        bring("services")
+        terminal = open_terminal(tmp_path, "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
+        elsewhere = open_terminal(tmp_path / "ros2_ws", "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
+        expect_folder(terminal, "", "services")
+        expect_folder(elsewhere, "", "~")  # its home
+        bring(STRANGE)
+        terminal.type("half")
+        terminal.read_until("half$")
+        expect_folder(terminal, AGAIN + "\x15" + AGAIN, STRANGE)  # not while one types
+        bring("")
+        expect_folder(terminal, "\n", STRANGE)
+        expect_folder(terminal, "cd ../ros2_ws && false\n", "ros2_ws")
+        bring("services")
+        terminal.type("echo failed $?\n")
+        terminal.read_until(r"[\r\n]failed 1\r\n")
+        expect_folder(terminal, "\n", "ros2_ws")
+        expect_folder(terminal, "cd ../services\n", "services")
+        bring(STRANGE)
+        expect_folder(terminal, AGAIN, STRANGE)  # gone back to where it follows
+    finally:
+        registry.forget_front(os.getpid())
+
+
 def test_a_prompt_is_drawn_again_only_where_nothing_was_typed_and_nothing_runs(open_terminal, tmp_path):
     terminal = open_terminal(tmp_path)
     printed: deque[str] = deque()

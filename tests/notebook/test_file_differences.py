@@ -44,7 +44,9 @@ def test_a_file_that_was_edited_elsewhere(folder):
 def test_a_cell_that_was_edited_and_not_run(folder):
     (folder / "server.py").write_text("print('before')\n")
     age(folder / "server.py", 60)
-    assert differences(folder)["server.py"].startswith("server.py differs from its cell: you edited the cell")
+    assert differences(folder)["server.py"].startswith(
+        "server.py differs from its cell: since the cell was run, the cell or the file was edited."
+    )
 
 
 def test_a_file_that_was_deleted(folder):

@@ -14,6 +14,12 @@ from course.notebook.exercise_magic import exercise
 from course.session import live
 
 ASK = "import agent; print(agent.answer())"
+STOPS = """
+import os, signal, subprocess, sys
+wait = f"import os, signal, time; time.sleep(1.5); os.kill({os.getpid()}, signal.SIGCONT)"
+subprocess.Popen([sys.executable, "-S", "-c", wait], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+os.kill(os.getpid(), signal.SIGSTOP)
+"""
 SERVER = """
 import rclpy
 from std_srvs.srv import Trigger
@@ -58,11 +64,23 @@ def test_a_program_that_fails_tells_its_own_line(folder):
 )
 def test_a_program_that_does_not_end_tells_where_it_is(folder, text, says):
     (folder / "agent.py").write_text(text)
-    with pytest.raises(NodeFailed, match=f"agent.py had not answered after 0.5 s. It was here:\n{says}"):
-        judging.run(ASK, file="agent.py", timeout=0.5)
+    with pytest.raises(NodeFailed, match=f"agent.py had not answered after \\d s. It was here:\n{says}"):
+        judging.run(ASK, file="agent.py", limit=0.5)
+
+
+def test_a_program_that_lacks_a_processor_or_is_stopped_is_given_its_time(folder, monkeypatch):
+    (folder / "agent.py").write_text(f"import time\n{STOPS}\ndef answer():\n    time.sleep(0.1)\n    return 42\n")
+    assert judging.run(ASK, file="agent.py", limit=0.8) == "42\n"
+    monkeypatch.setattr(judging, "MOST", 0.3)
+    with pytest.raises(NodeFailed, match=r"agent\.py had not answered after \d s\."):
+        judging.run(ASK, file="agent.py", limit=0.8)
 
 
 def test_a_file_whose_cell_was_refused_is_not_judged(folder):
+    with pytest.raises(ExerciseError, match="line 1: "):
+        exercise("agent.py --no-start", "first = = 1\n")
+    with pytest.raises(ExerciseError, match="agent.py was not written, because the last run of its cell was refused"):
+        judging.as_it_lies("agent.py")
     exercise("agent.py --no-start", "first = 1\n")
     judging.as_it_lies("agent.py")
     with pytest.raises(ExerciseError, match="line 1: "):
@@ -133,6 +151,38 @@ def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
     )
     assert judging.sleeps("node.py", "create_subscription") == "\n  node.py, line 5\n    time.sleep(2)"
     assert judging.sleeps("node.py", "create_timer") == ""
+
+
+TIMED = """rclpy.spin({spun})
+self.rate = self.create_rate(10)
+self.create_timer(0.1, self.tick)
+def tick(self):
+    {line}
+"""
+
+
+@pytest.mark.parametrize(
+    ("told", "spun", "line", "says"),
+    [
+        (judging.rate_in_a_timer, "node", "self.rate.sleep()", "line 5\n    self.rate.sleep()\nA rate needs a thread"),
+        (judging.rate_in_a_timer, "MultiThreadedExecutor()", "self.rate.sleep()", ""),
+        (judging.rate_in_a_timer, "node", "time.sleep(0.1)", ""),
+        (judging.more_timers, "node", "self.create_timer(1.0, self.tick)", "'tick' makes one more timer each time"),
+        (judging.more_timers, "node", "self.timer.reset()", ""),
+        (judging.one_thread, "node", "pass", "line 1\n    rclpy.spin(node)\nThis spins the node with one thread"),
+        (judging.one_thread, "node, executor", "pass", ""),
+    ],
+)
+def test_why_callbacks_come_too_often_or_not_at_all(tmp_path, monkeypatch, told, spun, line, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "node.py").write_text(TIMED.format(spun=spun, line=line))
+    assert says in told("node.py") and bool(told("node.py")) == bool(says)
+
+
+def test_a_program_that_does_nothing_by_its_text_is_not_started(folder):
+    (folder / "server.py").write_text("executor = SingleThreadedExecutor()\nexecutor.spin()\n")
+    with pytest.raises(ExerciseError, match="server.py, line 2: `executor.spin"):
+        judging.judge("server.py")
 
 
 def test_a_byte_order_mark_is_not_part_of_a_file(folder):

@@ -66,6 +66,14 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
     assert [test for _, test in trial.found] == ["test_it", HANGS]
 
 
+def test_swapped_arguments_are_told(file):
+    with pytest.raises(ExerciseError, match="takes the name of the file first, and then the text of the tests"):
+        try_tests("def test_it():\n    pass\n", str(file))
+
+
+CORRECT = ". Find out which of the two is wrong, near.py or the test, and correct it first"
+
+
 @pytest.mark.parametrize(
     ("text", "tests", "said"),
     [
@@ -74,12 +82,25 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
         (
             "near = 1\n",
             "from near import near\ndef test_it(): assert near == 2\n",
-            "test_it fails for the unchanged near.py: correct the tests first",
+            f"test_it fails for the unchanged near.py (assert 1 == 2){CORRECT}",
         ),
         (
             "near = 1\n",
             "import nowhere\ndef test_it(): pass\n",
-            "the import fails for the unchanged near.py: correct the tests first",
+            f"the import fails for the unchanged near.py (ModuleNotFoundError: No module named 'nowhere'){CORRECT}",
+        ),
+        (
+            "def near():\n    raise ValueError('far')\n",
+            "from near import near\ndef test_it(): near()\n",
+            f"test_it fails for the unchanged near.py (ValueError: far){CORRECT}",
+        ),
+        (
+            "def main():\n    input()\n\n\nmain()\n",
+            "import near\ndef test_it(): pass\n",
+            (
+                "near.py, line 5: `main()` runs when the tests import the file, too: put it below "
+                "`if __name__ == '__main__':`"
+            ),
         ),
         (
             "near = 1\n",
@@ -88,7 +109,8 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
         ),
     ],
 )
-def test_what_cannot_be_tried_is_a_sentence(file, text, tests, said):
+def test_what_cannot_be_tried_is_a_sentence(file, monkeypatch, text, tests, said):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as in a kernel
     if text is None:
         file.unlink()
     else:

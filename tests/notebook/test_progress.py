@@ -27,6 +27,11 @@ def answer(count: int | None) -> dict:
     return {"cell_type": "code", "metadata": own, "execution_count": count, "outputs": [], "source": "%%exercise a.py"}
 
 
+def written(source: str = "x = 1\n") -> dict:
+    """A cell whose file is `a.py`; the section's folder has that file with the text x = 1."""
+    return answer(2) | {"source": f"%%exercise a.py\n{source}"}
+
+
 def question(text: str) -> dict:
     return {"cell_type": "markdown", "metadata": mark("why", 5, locked=False, solution=True), "source": text}
 
@@ -35,6 +40,7 @@ def question(text: str) -> dict:
 def section(tmp_path):
     def write(name: str, *cells: dict) -> None:
         (tmp_path / name).mkdir(exist_ok=True)
+        (tmp_path / name / "a.py").write_text("x = 1\n")
         (tmp_path / name / f"{name}.ipynb").write_text(json.dumps({"cells": cells}))
 
     return write
@@ -46,7 +52,9 @@ ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gav
 @pytest.mark.parametrize(
     ("cells", "state"),
     [
-        ([answer(2), check(count=3)], "passed"),
+        ([written(), check(count=3)], "passed"),
+        ([written("x = 2\n"), check(count=3)], "changed since the check: a.py"),
+        ([check(count=3), written("x = 2\n")], "passed"),
         ([answer(None), check(count=None)], "not run"),
         ([answer(2), check(outputs=(ERROR,))], "not yet: 1 + 2 gave 4"),
         ([answer(4), check(count=3)], "run it again: the file was written again since"),
@@ -58,6 +66,14 @@ ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gav
 def test_the_state_of_a_part(section, tmp_path, cells, state):
     section("services", *cells)
     assert [part.state for part in progress(tmp_path)] == [state]
+
+
+def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, tmp_path):
+    later = answer(4) | {"source": "%%exercise b.py\ny = 1\n"}
+    section("services", written("x = 2\n"), check("first"), later, check("second", count=5))
+    (tmp_path / "services/b.py").write_text("y = 1\n")
+    assert [part.state for part in progress(tmp_path)] == ["changed since the check: a.py"] * 2
+    assert progress(tmp_path).summary.startswith("0 of 2 parts done")
 
 
 def test_points_are_those_of_the_cells_and_are_promised_to_nobody(section, tmp_path):
@@ -86,3 +102,22 @@ def test_where_there_is_no_section_it_says_so(tmp_path):
     (tmp_path / "empty").mkdir()
     assert "no exercises here" in repr(progress(tmp_path / "empty"))
     assert "no exercises here" in progress(tmp_path / "empty")._repr_html_()
+
+
+def test_a_notebook_that_is_damaged_renamed_or_gone_is_named_with_the_reason(section, tmp_path):
+    for name in ("services", "actions", "parameters", "calculator"):
+        section(name, check(name))
+    (tmp_path / "services/services.ipynb").write_text("{")
+    (tmp_path / "actions").rename(tmp_path / "my_actions")
+    (tmp_path / "parameters/parameters.ipynb").rename(tmp_path / "parameters/my.ipynb")
+    (tmp_path / "calculator/calculator.ipynb").unlink()
+    told = progress(tmp_path)
+    assert told.unread == [
+        ("services", "is damaged: it is not a notebook file: not JSON"),
+        ("actions", "is in the folder my_actions: rename that folder to actions"),
+        ("parameters", "is missing: if my.ipynb is meant, rename it"),
+        ("calculator", "is missing: it was deleted or moved"),
+    ]
+    assert "services    services.ipynb    is damaged" in repr(told)
+    assert told._repr_html_().count("<tr>") == 5
+    assert told.summary.endswith("Not counted: services, actions, parameters, calculator.")

@@ -85,6 +85,51 @@ QUICK = {  # in each run; all the others each night
 }
 
 
+TWO_NODES = b"""
+import threading
+import time
+
+import rclpy
+from example_interfaces.srv import AddTwoInts
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Relay(Node):
+    def __init__(self, asker):
+        super().__init__('relay')
+        self.declare_parameters('', [('a', 0), ('b', 0)])
+        self.client = asker.create_client(AddTwoInts, '/add_two_ints')
+        self.create_service(Trigger, '/relay', self.relay, callback_group=ReentrantCallbackGroup())
+
+    def relay(self, request, response):
+        if not self.client.service_is_ready():
+            response.message = 'not there'
+            return response
+        ready = threading.Event()
+        a, b = [each.value for each in self.get_parameters(['a', 'b'])]
+        future = self.client.call_async(AddTwoInts.Request(a=a, b=b))
+        future.add_done_callback(lambda _: ready.set())
+        response.success = ready.wait(timeout=8)
+        response.message = f'The sum is {future.result().sum}' if response.success else 'too slow'
+        return response
+
+
+rclpy.init()
+asker = Node('asker')
+threading.Thread(target=rclpy.spin, args=[asker, SingleThreadedExecutor()], daemon=True).start()
+time.sleep(1.0)  # so that the other node is found later
+executor = MultiThreadedExecutor(12)
+executor.add_node(Relay(asker))
+try:
+    executor.spin()
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+
+
 def wrong(exercise: str) -> list[str]:
     """The wrong answers that the public checks must not pass."""
     named = answers.named(exercise, "ABOUT") | answers.named(exercise, "USELESS")
@@ -138,6 +183,12 @@ def test_the_mistake_of_a_section_does_not_pass(empty, exercise, name):
 )
 def test_other_right_answers_pass(empty, exercise, name):
     assert set(Page(exercise).judge(answers.files(exercise, name)).values()) == {cells.PASSED}
+
+
+def test_the_parameters_of_a_relay_may_belong_to_the_second_of_two_nodes(empty):
+    """The check finds the node that serves /relay, and nothing is said of the first one's parameters."""
+    assert Page("services").judge({"relay.py": TWO_NODES}, "relay") == {"relay": cells.PASSED}
+    assert not [notice for notice in live.live().watch.notices() if "does not declare" in notice]
 
 
 @pytest.mark.parametrize("exercise", answers.names())
@@ -288,6 +339,9 @@ def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the
          "Calculate.srv: result is a float32; it must be a float64"),
         ("ai_integration", "wall-agent", "wall_agent.py", "{'linear': 0.0, 'angular': 0.5}",
          "{'linear': 0, 'angular': 0.5}", "the speeds must be floats (0.0, not 0)"),
+        ("ai_integration", "wall-agent", "wall_agent.py", "{'linear': 0.2, 'angular': -0.4}",
+         "{'linear': 0.2, 'angular': __import__('numpy').float32(-0.4)}",
+         "it decides 0.2, np.float32(-0.4): the speeds must be floats"),
         ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",
          "output_max is the integer 10: a default with a point, such as 1.0, makes a double"),
         ("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
@@ -303,6 +357,19 @@ def test_a_check_names_the_cause(empty, exercise, check, file, old, new, says):
     text = files[file].decode()
     assert old in text
     assert says in Page(exercise).judge({**files, file: text.replace(old, new).encode()}, check)[check]
+
+
+def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):
+    files = answers.solution("ai_integration")
+    text = (
+        files["wall_agent.py"]
+        .decode()
+        .replace("    def __init__(self):\n", "    def __init__(self):\n        self.action = {}\n")
+    )
+    one = re.sub(r"return ({'linear'.*})", r"self.action.update(\1); return self.action", text)
+    assert one.count("self.action.update(") == 3
+    page = Page("ai_integration")
+    assert page.judge({**files, "wall_agent.py": one.encode()}, "wall-agent")["wall-agent"] == cells.PASSED
 
 
 @pytest.mark.parametrize("exercise", ["actions", "ai_integration", "calculator", "parameters", "services"])

@@ -7,6 +7,16 @@ from course.foundation import waiting
 from course.notebook.terminal import USUAL, terminal
 from course.session import stacks
 
+SPINNER = """import rclpy
+node = rclpy
+node.create_client("Trigger", "/ask")
+rclpy.spin_until_future_complete(1, 2)
+"""
+SPINS = """from rclpy import executors
+def create_client(*given): pass
+def spin_until_future_complete(*given): executors.wait()
+"""
+
 
 @pytest.fixture(autouse=True)
 def _in_a_folder(tmp_path, monkeypatch):
@@ -54,11 +64,37 @@ def test_a_program_that_waits_for_what_cannot_come_is_not_waited_for(tmp_path, m
     assert "(stopped after 30 s)" not in output
 
 
+@pytest.mark.parametrize(("rests", "failed"), [(True, False), (False, False), (True, True)])
+def test_a_program_that_spins_for_nothing_is_not_waited_for(tmp_path, monkeypatch, session, rests, failed):
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 1.0)
+    session.untold = ["lift_server.py ended"] * failed
+    asked = []
+    served = type("Session", (Served,), {"is_at_rest": lambda _, names=(): asked.append(names) or rests or not names})
+    monkeypatch.setattr("course.notebook.terminal.SLEPT", 2)
+    monkeypatch.setattr("course.notebook.terminal.current", served)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "library"))
+    (tmp_path / "library" / "rclpy").mkdir(parents=True)
+    for name, text in (
+        ("__init__", SPINS),
+        ("executors", "import threading\nwait = lambda: threading.Event().wait()\n"),
+    ):
+        (tmp_path / "library" / "rclpy" / f"{name}.py").write_text(text)
+    output, status = run(tmp_path, SPINNER, timeout=4.0)
+    assert status == 124 and (("/ask",) in asked) != failed
+    assert ("because a node of this notebook has failed" in output) == failed
+    assert ("(stopped after 4 s)" in output) != rests
+    at = "client.py was here:\n  client.py, line 4\n    rclpy.spin_until_future_complete(1, 2)\nLine 4 spins until a"
+    assert (at in output) == (rests and not failed)
+
+
 class Served:
     """A session without servers."""
 
     def served(self):
         return {}
+
+    def is_at_rest(self, names=()):
+        return False
 
 
 def test_a_program_that_works_and_prints_may_take_its_time(tmp_path):

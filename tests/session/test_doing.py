@@ -2,14 +2,16 @@
 
 import os
 import signal
+import subprocess
+import threading
 import time
 from collections.abc import Iterator
 
 import pytest
 from std_srvs.srv import Trigger
 
-from course.errors import CallTimeout
-from course.session import stacks, started_nodes
+from course.errors import CallTimeout, NodeFailed
+from course.session import patience, stacks, started_nodes
 from course.session.live import Session
 
 SERVER = """import threading
@@ -68,6 +70,88 @@ def test_a_call_that_gets_no_answer_tells_the_line_of_the_callback(session, tmp_
         session.call("/ask", Trigger, timeout=0.5)
     assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {code}")
     assert process.alive
+
+
+@pytest.mark.parametrize("spin", [SPIN, THREADS])
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ("while True: response.message += '.'", "while True: response.message += '.'"),
+        ("time.sleep(5.0)", "time.sleep(5.0)"),
+    ],
+)
+def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session, tmp_path, spin, body, code):
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
+    session.start(file)
+    began = time.monotonic()
+    with pytest.raises(CallTimeout, match="/ask will not answer within 5 s: its callback 'ask' sleeps") as told:
+        session.call("/ask", Trigger, timeout=5.0)
+    assert time.monotonic() - began < 4.0
+    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {code}")
+
+
+@pytest.mark.parametrize(
+    ("body", "spin", "says"),
+    [
+        ("exit()", SPIN, "Line 16 ends the whole program, not only 'ask'."),
+        ("exit()", THREADS, "'ask' never returns after that, and the program goes on"),
+        ("self.misspelt()", THREADS, "AttributeError: 'Server' object has no attribute 'misspelt'"),
+    ],
+)
+def test_a_callback_that_ends_the_program_or_raises_in_a_thread_is_told_at_once(session, tmp_path, body, spin, says):
+    """In a thread, Python takes `exit()` silently, and rclpy shows an exception only at the next callback."""
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
+    session.start(file)
+    with pytest.raises(NodeFailed) as told:
+        session.call("/ask", Trigger, timeout=20.0)
+    assert says in str(told.value)
+    assert f"server.py, line 16, in ask\n    {body}" in str(told.value)
+
+
+def test_a_callback_that_may_answer_in_time_is_waited_for(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(patience, "FIRST", 2)
+    monkeypatch.setattr(patience, "AGAIN", 2)
+    file = tmp_path / "server.py"
+    body = "time.sleep(1.5 if request else 60); response.success = True"
+    file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
+    session.start(file)
+    assert session.call("/ask", Trigger, timeout=5.0).success
+
+
+def test_a_callback_that_sleeps_for_an_earlier_call_is_waited_for(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(patience, "FIRST", 5)
+    file = tmp_path / "server.py"
+    body = "first, self.first = getattr(self, 'first', True), False\n        if first:\n            time.sleep(2.0)"
+    file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
+    session.start(file)
+    with pytest.raises(CallTimeout, match="/ask will not answer within 1.5 s"):
+        session.call("/ask", Trigger, timeout=1.5)
+    assert session.call("/ask", Trigger, timeout=1.9) is not None
+
+
+def test_a_right_answer_of_a_starved_or_stopped_program_is_waited_for(session, tmp_path, monkeypatch):
+    monkeypatch.setattr(patience, "FIRST", 2)
+    monkeypatch.setattr(patience, "AGAIN", 2)
+    file = tmp_path / "server.py"
+    body = "end = time.process_time() + 0.5\n        while time.process_time() < end: pass\n        time.sleep(0.5)"
+    file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
+    process = session.start(file)
+    processor = min(os.sched_getaffinity(process.pid))
+    os.system(f"taskset -acp {processor} {process.pid} >/dev/null")
+    rivals = [subprocess.Popen(["taskset", "-c", str(processor), "sh", "-c", "while :; do :; done"]) for _ in range(3)]
+    stops = threading.Timer(0.3, os.kill, (process.pid, signal.SIGSTOP))
+    goes = threading.Timer(1.3, os.kill, (process.pid, signal.SIGCONT))
+    try:
+        stops.start()
+        goes.start()
+        assert session.call("/ask", Trigger, timeout=30.0) is not None
+    finally:
+        goes.join()
+        for each in rivals:
+            each.kill()
+            each.wait()
 
 
 @pytest.mark.parametrize(

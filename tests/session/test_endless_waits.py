@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.session.endless_waits import endless_wait
+from course.session.endless_waits import endless_spin, endless_wait, is_at_rest
 
 CLIENT = """import rclpy
 
@@ -86,3 +86,93 @@ def test_a_spin_within_a_spin(tmp_path):
 def test_a_program_that_spins_is_left_to_it(tmp_path):
     assert why(tmp_path, SPINS + MAIN) == ""
     assert why(tmp_path, "") == ""
+
+
+SPINNER = """import rclpy
+class Asks(Node):
+    def __init__(self):
+        self.client = self.create_client(Calculate, '{name}')
+    def ask(self):
+        future = self.client.call_async(Calculate.Request())
+        {spin}
+def main():
+    node = Asks()
+    node.ask()
+"""
+UNTIL = "rclpy.spin_until_future_complete(self, Future())"
+
+
+def spin(tmp_path, line: str = UNTIL, *, name: str = "calculator", more: str = "", outer: str = "", inner: str = SPINS):
+    path = tmp_path / "client.py"
+    path.write_text(SPINNER.replace("{name}", name).replace("{spin}", line) + more)
+    number = 7 + line.count("\n")
+    return endless_spin(
+        f'x (most recent call first):\n{inner}  File "{path}", line {number} in ask\n{outer}{MAIN}', path
+    )
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        UNTIL,
+        "self.executor.spin_until_future_complete(future)",
+        "while not future.done():\n            rclpy.spin_once(self, timeout_sec=0.1)",
+        "while rclpy.ok() and not future.done(): rclpy.spin_once(self)",
+    ],
+)
+def test_a_spin_that_only_a_future_ends(tmp_path, line):
+    found = spin(tmp_path, line)
+    assert (found.line, found.names) == (7 + line.count("\n"), ("/calculator",))
+    assert f"Line {found.line} spins until a future is done" in str(found) and "no answer from /calculator" in str(
+        found
+    )
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "rclpy.spin_until_future_complete(self, future, timeout_sec=5.0)",
+        "rclpy.spin_until_future_complete(self, future, None, 5.0)",
+        "self.executor.spin_until_future_complete(future, 5.0)",
+        "rclpy.spin_once(self)",
+        "while not future.done() and time.time() < end: rclpy.spin_once(self)",
+        "while not self.over(): rclpy.spin_once(self)",
+        "while not future.done():\n            self.count(); rclpy.spin_once(self)",
+    ],
+)
+def test_a_spin_that_ends_otherwise(tmp_path, line):
+    assert spin(tmp_path, line) is None
+
+
+@pytest.mark.parametrize("line", ["rclpy.spin(self)", "executor.spin()"])
+def test_a_spin_that_only_ctrl_c_ends(tmp_path, line):
+    found = spin(tmp_path, line)
+    assert str(found).startswith(f"Line 7, `{line}`, returns only after Ctrl-C, and no answer from /calculator")
+    assert spin(tmp_path, line, more="create_timer(1.0, self.over)") is None
+
+
+def test_a_future_that_something_else_may_complete(tmp_path):
+    for more in ("create_timer(1.0, self.over)", "Thread(target=self.over)", "async def over(self):", "asyncio",
+                 "create_subscription(String, 'over', self.over, 1)", "create_service(Trigger, 'over', self.over)",
+                 "create_client(Trigger, name)", "import over"):  # fmt: skip
+        (tmp_path / "over.py").touch()
+        assert spin(tmp_path, more=more) is None, more
+    assert spin(tmp_path, name="~/calculator") is None
+    assert spin(tmp_path, outer=HANDLER) is None
+    assert spin(tmp_path, inner="") is None  # it does not spin yet
+
+
+def test_a_server_that_has_nothing_left_to_do(tmp_path):
+    path = tmp_path / "server.py"
+    path.write_text("import rclpy\n")
+    own = f'  File "{path}", line 1 in '
+    waits, works = (
+        f"x (most recent call first):\n{SPINS}{own}main\n",
+        f'{own}execute\n{TASK}  File "/pool.py", line 1 in run\n',
+    )
+    assert is_at_rest(waits, path)
+    assert not is_at_rest("", path)  # it has not told where it is
+    assert not is_at_rest(f"x (most recent call first):\n{works}{waits}", path)
+    for text in ("create_timer(1.0, step)", "async def execute(self):", "create_client(Trigger, '/a')", "Thread(step)"):
+        path.write_text(text)
+        assert not is_at_rest(waits, path)

@@ -1,5 +1,6 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
+import linecache
 import sys
 import textwrap
 from pathlib import Path
@@ -106,6 +107,19 @@ def after(self, params):
             "self.agent.decide(1)",
             "an object: line 4 has `Agent` without brackets. Write `Agent()` there.",
         ),
+        (
+            "TypeError: 'float' object is not callable",
+            "min = 0.5\ndef f(x):\n    return min(x)\n",
+            "return min(x)",
+            "Line 1, `min = 0.5`, overwrites `min`, a function of Python itself: choose another name there.",
+        ),
+        ("TypeError: 'int' object is not callable", "", "a = turn(sorted(b))", "`turn` is an int here, not a function"),
+        (
+            "TypeError: 'int' object is not callable",
+            "",
+            "",
+            "Pass a callback by its name, without brackets: `self.add`.",
+        ),
         ("TypeError:", "", "handle.publish_feedback(numbers)", "`publish_feedback` takes a message"),
         ("TypeError:", "", "client.call_async(5)", "A client sends a request"),
         ("IndexError: array index out of range", "", "msg.ranges[350]", "Find a beam by its angle"),
@@ -187,7 +201,7 @@ def after(self, params):
         ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, not a fun"),
         ("TypeError: 'NoneType' object is not callable", "", "self.ask(1)", "`self.ask` is None here"),
         ("TypeError: 'bool' object is not callable", "self.go = 1\ndef go(self): pass", "self.go()", "the method `go`"),
-        ("TypeError: 'int' object is not callable", "", "a(b(1))", "Pass a callback by its name"),
+        ("TypeError: 'int' object is not callable", "", "a(b(1))", "Something that is called in this line is an int"),
         (
             "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
             "",
@@ -458,6 +472,22 @@ def test_the_function_that_ends_a_server():
     assert source.exits("def ask():\n    sys.exit(1)") == source.exits("def ask():\n    raise SystemExit") == "ask"
 
 
+@pytest.mark.parametrize(
+    ("main", "says"),
+    [
+        ("def main():\n    rclpy.spin(A())\n", "main() is defined, but never called"),
+        ("def main():\n    A()\n\nmain()\n", "It ended because nothing spins its node"),
+        (
+            "def main():\n    rclpy.spin(A())\n\nmain()\n",
+            "'stop' calls `rclpy.shutdown()` in line 3, which ends the node",
+        ),
+    ],
+)
+def test_a_method_that_ends_the_node_is_the_cause_only_if_the_program_runs_it(tmp_path, main, says):
+    (path := tmp_path / "a.py").write_text(f"class A(Node):\n    def stop(self):\n        rclpy.shutdown()\n\n{main}")
+    assert failure_report.of_program(path, "", 0).hint.startswith(says)
+
+
 def test_the_story_of_a_program_has_the_readers_lines_alone(tmp_path):
     path = tmp_path / "server.py"
     path.write_text("import rclpy\n")
@@ -533,9 +563,51 @@ def test_a_file_that_hides_a_library_is_named(tmp_path, monkeypatch):
     says = "The file numpy.py beside the notebook hides the installed module `numpy`: rename it."
     assert hint(error, "import numpy as np") == says
     assert hint("AttributeError: module 'mine' has no attribute 'array'", "import mine") == ""
+    (tmp_path / "queue.py").write_text("queue = []")
+    says = "The file queue.py beside the notebook hides the installed module `queue`: rename it."
+    assert hint("AttributeError: module 'queue' has no attribute 'SimpleQueue'", "import rclpy") == says
+    assert hint("AttributeError: module 'queue' has no attribute 'mine'", "import rclpy") == ""
     (tmp_path / "std_srvs").mkdir()
     says = "The folder std_srvs beside the notebook hides the installed module `std_srvs`: rename it."
     assert hint("ModuleNotFoundError: No module named 'std_srvs.srv'", "from std_srvs.srv import Trigger") == says
+
+
+def test_a_function_of_python_and_a_method_that_a_cell_has_overwritten(monkeypatch):
+    main = sys.modules["__main__"]
+    cells = {"/tmp/ipykernel_1/1.py": "x = 1\nlist = [2, 1]\n", "/tmp/ipykernel_1/2.py": "robot.until = 5"}
+    for file, text in cells.items():
+        monkeypatch.setitem(linecache.cache, file, (len(text), None, text.splitlines(keepends=True), file))
+    robot = type("Robot", (), {"until": lambda self: None})()
+    robot.until = 5
+    monkeypatch.setattr(main, "list", [2, 1], raising=False)
+    monkeypatch.setattr(main, "robot", robot, raising=False)
+    said = hint("TypeError: 'list' object is not callable", "print(list(x))", "print(list(x))")
+    assert said == (
+        "`list` is a function of Python itself, and line 2 of a cell, `list = [2, 1]`, has overwritten it: it is a "
+        "list now. Run `del list` in a cell, and choose another name there."
+    )
+    error = "TypeError: isinstance() arg 2 must be a type, a tuple of types, or a union"
+    assert hint(error, "", "assert all(isinstance(speed, list) for speed in got), (").startswith("`list` is a function")
+    said = hint("TypeError: 'int' object is not callable", "robot.until()", "robot.until(lambda: f() == 1)")
+    assert said.startswith("`robot.until` is a method, and line 1 of a cell, `robot.until = 5`, has overwritten it")
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("x = 1", "`rear(...)` returned None: `rear` ends without a `return`."),
+        ("if seen:\n        return 1.0", "`rear(...)` returned None"),
+        ("return seen", ""),
+    ],
+)
+def test_a_function_of_the_notebook_that_returns_nothing(monkeypatch, body, says):
+    text, file = f"def rear(seen):\n    {body}\n", "/tmp/ipykernel_1/3.py"
+    monkeypatch.setitem(linecache.cache, file, (len(text), None, text.splitlines(keepends=True), file))
+    made: dict = {}
+    exec(compile(text, file, "exec"), made)
+    monkeypatch.setattr(sys.modules["__main__"], "rear", made["rear"], raising=False)
+    said = hint("TypeError: must be real number, not NoneType", "", "if not math.isclose(rear(asked), wanted):")
+    assert said.startswith(says) and bool(said) == bool(says)
 
 
 def test_a_name_of_the_session_that_stands_for_something_else(monkeypatch):

@@ -13,11 +13,13 @@ from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import Float64, String
+from std_msgs.msg import Float64, Int32, String
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
-from course.session import guards
+from course.ros.rclpy_internals import RCLError
+from course.session import guards, live
+from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
 from course.session.no_world import no_world
 
@@ -125,6 +127,19 @@ def test_a_wait_in_vain_tells_once_of_topics_whose_qualities_of_service_do_not_f
     assert "offers best_effort and volatile, the subscription asks for reliable and volatile." in told
 
 
+def test_a_wait_in_vain_tells_once_of_a_topic_of_nearly_the_name_of_a_published_one(session):
+    for topic in ("chater", "robot_2/chatter", "robot_1/chatter"):
+        session.node.create_subscription(String, topic, print, 10)
+    session.node.create_publisher(String, "robot_1/chatter", 10)
+    session.start(Talker)
+    assert session.until(lambda: session.node.count_publishers("/chatter"))
+    for _ in range(2):
+        assert not session.until(lambda: False, timeout=TELLING)
+    assert session.watch.notices() == [
+        "this notebook subscribes to /chater, which no node publishes. Did you mean /chatter, which talker publishes?"
+    ]
+
+
 def test_a_call_that_no_server_meets_tells_the_qualities_of_service_of_both_and_the_line(session, tmp_path):
     file = tmp_path / "server.py"
     file.write_text(
@@ -220,3 +235,23 @@ def test_scans_that_are_waited_for_without_a_world(session, tmp_path, capsys):
     assert session.until(lambda: not no_world(session.node, tmp_path))
     session.node.destroy_subscription(listener)
     session.node.destroy_publisher(publisher)
+
+
+def test_a_topic_that_has_another_type_in_this_kernel_is_named_with_both_types(monkeypatch):
+    session = live.live()
+    session.node.create_publisher(Int32, "numbers", 10)
+
+    class Listener(Node):
+        def __init__(self):
+            super().__init__("listener")
+            self.create_subscription(String, "numbers", print, 10)
+
+    try:
+        with pytest.raises(RCLError) as refused:
+            session.start(Listener)
+        assert hint_on(refused.value) == (
+            "Hint: this notebook publishes /numbers with the type std_msgs/msg/Int32, and your line uses "
+            "std_msgs/msg/String. A topic has one type: use the same on both sides, or another name."
+        )
+    finally:
+        session.close()

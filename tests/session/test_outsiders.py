@@ -1,15 +1,21 @@
 """Programs outside of a session: who answers is told, with the process, and `nodes` has each of them."""
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from example_interfaces.srv import AddTwoInts
 from rclpy.node import Node
 
+from course.errors import LiveError
+from course.foundation import processes
 from course.foundation.waiting import wait_until
+from course.session import outsiders, started_nodes
 from course.session.live import Session
+from course.session.outsiders import Outsider
 
 SERVER = """
 import sys
@@ -92,6 +98,57 @@ def test_a_server_beside_that_of_the_session_is_told_and_is_in_the_table(session
     assert session.until(lambda: len(session.others("/add_two_ints")) == 2)
     (_, ending), own = session.others("/add_two_ints")
     assert f"`!kill {outsider.pid}`" in ending and own == ("adder.py of this notebook", "ros.stop('adder.py')")
+
+
+def test_a_program_of_a_terminal_is_stopped_as_by_ctrl_c_but_not_another_users(session, outsider, monkeypatch):
+    (row,) = session.rows()
+    assert row.process == (outsider.pid, processes.birth(outsider.pid))
+    pid, born = row.process
+    with pytest.raises(LiveError, match="has no node any more"):
+        session.stop_outsider(pid, born - 1)  # an earlier process with this id
+    with monkeypatch.context() as patched:
+        patched.setattr(processes, "user", lambda pid: os.getuid() + 1)
+        assert [row.process for row in session.rows()] == [None]
+        with pytest.raises(LiveError, match="must not be stopped"):
+            session.stop_outsider(pid, born)
+    assert outsider.poll() is None
+    session.stop_outsider(pid, born)
+    assert wait_until(lambda: outsider.poll() is not None, 5.0)
+
+
+def test_a_program_that_ignores_ctrl_c_is_named_with_what_ends_it(session, server, monkeypatch):
+    monkeypatch.setattr(started_nodes, "ENDING", 0.2)
+    ignoring = (
+        "import signal\nrclpy.init(signal_handler_options=rclpy.signals.SignalHandlerOptions.NO)\n"
+        "signal.signal(signal.SIGINT, signal.SIG_IGN)"
+    )
+    server.write_text(SERVER.replace("rclpy.init()", ignoring))
+    with subprocess.Popen([sys.executable, server.name], cwd=server.parent) as process:
+        assert session.until(lambda: [row for row in session.rows() if row.process], 20.0)
+        with pytest.raises(LiveError, match=f"still runs .* `!kill {process.pid}`"):
+            session.stop_outsider(process.pid, processes.birth(process.pid))
+        process.kill()
+
+
+@pytest.mark.parametrize(
+    ("program", "may"), [("ipykernel_launcher.py", False), ("jupyter-lab", False), ("bash", False), ("adder.py", True)]
+)
+def test_a_kernel_a_jupyterlab_or_a_shell_may_not_be_stopped(tmp_path, program, may):
+    (tmp_path / program).write_text("input()")
+    command = ["bash"] if program == "bash" else [sys.executable, program]
+    with subprocess.Popen(command, cwd=tmp_path, stdin=subprocess.PIPE) as process:
+        wait_until(Path(f"/proc/{process.pid}/cmdline").read_text, 5.0)  # it is empty for a moment after the start
+        assert (Outsider("/node", process.pid).process is not None) == may
+    assert Outsider("/node", os.getppid()).process is None  # it has started this process
+
+
+def test_a_process_without_a_command_line_may_not_be_stopped(monkeypatch):
+    """As each has none for a moment while it is started: it may become a shell."""
+    with subprocess.Popen(["cat"], stdin=subprocess.PIPE) as process:
+        monkeypatch.setattr(outsiders, "_words", lambda _: [""])
+        assert Outsider("/node", process.pid).process is None
+        monkeypatch.setattr(outsiders, "_words", lambda _: ["cat"])
+        assert Outsider("/node", process.pid).process is not None
 
 
 def test_what_the_session_has_started_or_what_has_ended_is_no_outsider(session, server, outsider):

@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
+import rclpy
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.action import ActionClient
@@ -81,6 +82,13 @@ def test_a_class_without_keywords_runs_in_the_private_context(session):
     handle = session.start(Adder)
     assert handle.alive and session.nodes() == ["/adder"]
     assert session.call("add", AddTwoInts, a=2, b=3).sum == 5
+
+
+def test_nodes_of_rclpys_own_class_run_beside_each_other(session):
+    first, second = session.start(Node, "first"), session.start(Node, "second")
+    assert first.alive and second.alive and session.until(lambda: session.nodes() == ["/first", "/second"], 5)
+    again = session.start(Node, "first")
+    assert again.alive and second.alive and not first.alive
 
 
 def test_parameters_are_overridden_at_the_start(session, server):
@@ -197,6 +205,36 @@ def test_a_file_without_a_node_is_ended_in_time(session, tmp_path):
 def test_what_cannot_be_started_is_named(session, what, says):
     with pytest.raises(LiveError, match=says):
         session.start(what)
+
+
+@pytest.mark.parametrize("threads", ["4", 0, 2.0, True])
+def test_threads_that_are_no_number_start_nothing(session, threads):
+    before = session.start(Adder)
+    with pytest.raises(LiveError, match="`threads` is a whole number from 1 on"):
+        session.start(Adder, threads=threads)
+    assert before.alive
+
+
+def test_a_constructor_may_spin_until_an_answer_is_there(session, capsys):
+    class Asking(Node):
+        def __init__(self):
+            super().__init__("asking")
+            client = self.create_client(AddTwoInts, "/add")
+            client.wait_for_service()
+            future = client.call_async(AddTwoInts.Request(a=1, b=2))
+            rclpy.spin_until_future_complete(self, future)
+            self.answer = future.result().sum
+            self.ticks = 0
+            self.create_timer(0.01, self.tick)
+
+        def tick(self):
+            self.ticks += 1
+
+    session.start(Adder)
+    node = session.start(Asking).node
+    assert node.answer == 3
+    assert session.until(lambda: node.ticks > 2)
+    assert capsys.readouterr().err == ""
 
 
 def test_calls_end_in_time_and_say_what_is_missing(session):
@@ -370,6 +408,19 @@ def test_logs_are_kept_by_node_and_begin_anew_with_it(session):
     assert "sum 3" not in str(session.logs("adder"))
 
 
+def test_a_text_that_no_line_has_and_a_node_that_is_not_there_are_told(session, capsys):
+    session.start(Adder)
+    session.call("add", AddTwoInts, a=1, b=2)
+    assert session.logs("adder", until="sum 3")
+    assert capsys.readouterr().err == ""
+    session.logs("adder", until="sums 3", timeout=0.1)
+    assert capsys.readouterr().err == "The log of 'adder' has no line with 'sums 3'. Did you mean 'sum 3'?\n"
+    began = time.monotonic()
+    assert session.logs("Adder", until="sum 3", timeout=20.0) == []
+    assert time.monotonic() - began < 10.0
+    assert session.watch.notices() == ["This session has started nothing called 'Adder'. It has: adder."]
+
+
 def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
@@ -395,6 +446,30 @@ def test_logs_are_escaped_in_the_notebook(session):
     session.start(Shouting)
     shown = session.logs("shouting", until="script")._repr_html_()
     assert "<script>" not in shown and "&lt;script&gt;" in shown
+
+
+def test_an_executor_of_a_started_file_lets_its_threads_begin(session, server):
+    """Otherwise, on an idle machine with several cores, a callback may wait for half a second."""
+    looking = """    import time
+    from rclpy.executors import MultiThreadedExecutor
+    executor, start = MultiThreadedExecutor(2), time.perf_counter()
+    executor._executor.submit(int)
+    print('waited', time.perf_counter() - start >= 50e-6)
+"""
+    server.write_text(SERVER.replace("    print(", f"{looking}    print(", 1))
+    process = session.start(server)
+    assert session.until(lambda: "arguments" in process.output)
+    assert "waited True" in process.output
+
+
+def test_a_class_that_is_no_service_is_not_taken_for_the_half_of_one(session):
+    class My_Node(Node):  # noqa: N801
+        pass
+
+    with pytest.raises(LiveError, match="My_Node is not the type of a service, such as AddTwoInts"):
+        session.call("add", My_Node)
+    with pytest.raises(LiveError, match=r"`AddTwoInts.Request` is only the class of a request"):
+        session.call("add", AddTwoInts.Request)
 
 
 def test_two_sessions_do_not_meet(session):

@@ -4,6 +4,7 @@ import pytest
 
 from course.foundation import cells
 from course.session.slips import slips
+from course.session.source import doubts
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS
 
@@ -33,6 +34,13 @@ class Careful(Node):
          "line 13: `self.is_fresh` is the method itself, which is always true. Call it: `self.is_fresh()`."),
         ("bad = [each for each in params if each.name == 'treshold']",
          "line 13: no parameter 'treshold' is declared, so this is never true. Did you mean 'threshold'?"),
+        ("self.is_fresh",
+         "line 13: `self.is_fresh` is the method itself, and calls nothing. Call it: `self.is_fresh()`."),
+        ("goal.abort", "line 13: `goal.abort` is the method itself, and calls nothing. Call it: `goal.abort()`."),
+        ("self.free", ""),
+        ("self.create_timer(1.0, self.check)",
+         "line 13: 'check' makes one more timer each time that it is called. Make the timer once, in `__init__`."),
+        ("if self.free: self.create_timer(1.0, self.check)", ""),
         ("self.free = self.free == False", ""),
         ("if self.free and self.is_fresh(): pass", ""),
         ("bad = [each for each in params if each.name == 'threshold']", ""),
@@ -53,3 +61,4 @@ def test_no_page_and_no_right_answer_has_one(exercise):
     for name in answers.load(exercise).RIGHT:
         for file, text in answers.files(exercise, name).items():
             assert slips(text.decode(errors="replace")) == [], (name, file)
+            assert doubts(file, text.decode(errors="replace")) == [], (name, file)

@@ -14,7 +14,7 @@ from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
-from course.session.source import never_begins, wrong_cancel, wrong_guard, wrong_result
+from course.session.source import empty_executor, idle, never_begins, wrong_cancel, wrong_guard, wrong_result
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -115,12 +115,29 @@ def test_a_class_that_has_not_declared_a_parameter_is_told(session):
     ("body", "found"),
     [
         ("self.newest = goal_handle", ("take", 6)),
+        ("goal_handle.execute", ("take", 6)),
         ("goal_handle.execute()", None),
         ("threading.Thread(target=goal_handle.execute).start()", None),
     ],
 )
 def test_accepted_goals_that_nobody_begins(body, found):
     assert never_begins(SERVER.format(body=body)) == found
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        ("executor = MultiThreadedExecutor(4)\nexecutor.spin()", 2),
+        ("executor = MultiThreadedExecutor(4)\nexecutor.add_node(node)\nexecutor.spin()", 0),
+        ("executor = MultiThreadedExecutor(4)\nrclpy.spin(node, executor)\nexecutor.spin()", 0),
+        ("executor = MultiThreadedExecutor(4)\nnode.executor = executor\nexecutor.spin()", 0),
+        ("executor = make(node)\nexecutor.spin()", 0),
+        ("rclpy.spin(node)", 0),
+    ],
+)
+def test_an_executor_that_spins_no_node(lines, line):
+    assert empty_executor(lines) == (("executor.spin()", line) if line else None)
+    assert ("`executor.spin()` spins an executor to which no node" in idle("a.py", lines)) == bool(line)
 
 
 def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():

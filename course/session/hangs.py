@@ -1,0 +1,159 @@
+"""Finds out that a program's callback cannot return in time, from the stacks of its threads and its text.
+
+Only what is certain counts, because a wait ends early for it: a `sleep` that is longer than the limit, or a loop that
+cannot end.  However slow the machine is, such a callback returns too late.
+"""
+
+import ast
+import re
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+from course.session.endless_waits import EXECUTORS, Call, is_own, of_rclpy, threads
+from course.session.failure_report import Frame, text_at
+from course.session.source import calls, functions, name_of, parse
+
+CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
+# A program with one of these may run other code while a callback waits.
+OTHERS = re.compile(r"ThreadedExecutor|EventsExecutor|\bThread\b|\bTimer\b|_thread\b|asyncio|concurrent|\bsignal\b")
+IDLE = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in the program
+PURE = ("abs", "all", "any", "bool", "done", "float", "int", "len", "max", "min", "result", "str")
+OF_THE_REQUEST = re.compile(r"(\w+\.)?request\.\w+")  # nothing changes the fields of a request meanwhile
+ORDERS = (ast.Gt, ast.GtE, ast.Lt, ast.LtE)  # comparisons of numbers
+LEAVES = (ast.Assert, ast.Break, ast.Raise, ast.Return, ast.Yield, ast.YieldFrom)  # what may leave a loop
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+def hang(stacks: str, path: Path, callbacks: Collection[str], limit: float) -> tuple[Frame, ...]:
+    """Return the frames of a callback that will not return within `limit` s of its call; () if there is none.
+
+    `stacks` are those of the program at `path` (output of `faulthandler`).  One of its functions `callbacks` must
+    return; in a program with one thread, an endless loop in any other callback prevents that, too.
+    """
+    source = text_at(path)
+    tree, lines = parse(source), source.splitlines()
+    spins = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
+    alone = len(spins) == 1 and not OTHERS.search(source)
+    for thread in threads(stacks):
+        calling = [number for number, call in enumerate(thread) if of_rclpy(call)[0] in CALLING]
+        chain = [call for call in thread[: calling[-1] if calling else 0] if is_own(call, path)]
+        if not chain or any(line > len(lines) for _, line, _ in chain):
+            continue
+        answers = chain[-1][2] in callbacks
+        late = answers and chain[0] is thread[0] and _shortest_sleep(tree, chain[0][1]) >= limit
+        if late or ((answers or alone) and "suppress" not in source and _in_endless_loop(tree, chain, alone)):
+            return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(chain))
+    return ()
+
+
+def _shortest_sleep(tree: ast.Module, line: int) -> float:
+    """Return the shortest time (s) that a `sleep` in a line takes; 0 if a time is not written out."""
+    here = [call for call in calls(tree, "sleep") if _covers(call, line)]
+    values = [getattr(call.args[0] if call.args else None, "value", 0.0) for call in here]
+    return min((float(each) if isinstance(each, (int, float)) else 0.0 for each in values), default=0.0)
+
+
+def _covers(node: ast.expr | ast.stmt, line: int) -> bool:
+    return node.lineno <= line <= (node.end_lineno or node.lineno)
+
+
+def _in_endless_loop(tree: ast.Module, chain: Sequence[Call], alone: bool) -> bool:
+    """Return True if one of these calls, the innermost first, is in a loop that cannot end."""
+    around = [_function(tree, line) for _, line, _ in chain]
+    for number, (_, line, _) in enumerate(chain):
+        outer = around[number:]
+        if any(each is None or _handles_errors(each) for each in outer):  # an error, too, leaves the loop
+            continue
+        function = outer[0]
+        loops = [node for node in ast.walk(function) if isinstance(node, ast.While)] if function else []
+        if function and any(_covers(loop, line) and _is_endless(loop, function, tree, alone) for loop in loops):
+            return True
+    return False
+
+
+def _function(tree: ast.Module, line: int) -> Function | None:
+    """Return the innermost function around a line."""
+    around = [function for function in functions(tree) if _covers(function, line)]
+    return max(around, key=lambda function: function.lineno, default=None)
+
+
+def _handles_errors(function: Function) -> bool:
+    return any(isinstance(node, ast.ExceptHandler) for node in ast.walk(function))
+
+
+def _is_endless(loop: ast.While, function: Function, tree: ast.Module, alone: bool) -> bool:
+    """Return True if a loop in a function cannot end; `alone`: no other code of the program runs meanwhile."""
+    inside = [node for statement in loop.body for node in ast.walk(statement)]
+    if any(isinstance(node, LEAVES) or "spin" in name_of(node) for node in inside):
+        return False
+    if isinstance(loop.test, ast.Constant):
+        return bool(loop.test.value)
+    if _is_fixed(loop, function):
+        return True
+    return (
+        alone and all(map(_is_idle, loop.body)) and _is_pure(loop.test, {each.name: each for each in functions(tree)})
+    )
+
+
+def _is_fixed(loop: ast.While, function: Function) -> bool:
+    """Return True if a loop's test compares local numbers that the loop never changes."""
+    test = loop.test
+    if not isinstance(test, ast.Compare) or not all(isinstance(each, ORDERS) for each in test.ops):
+        return False
+    whole = list(ast.walk(function))
+    if any(isinstance(node, (ast.Global, ast.Nonlocal)) for node in whole):
+        return False
+    parameters = {node.arg for node in whole if isinstance(node, ast.arg)}
+    stored = {node.id for node in whole if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    names, fields = set(), set()
+    for operand in (test.left, *test.comparators):
+        if isinstance(operand, ast.Name) and operand.id in parameters | stored:
+            names.add(operand.id)
+        elif isinstance(operand, ast.Attribute) and OF_THE_REQUEST.fullmatch(ast.unparse(operand)):
+            fields.add(ast.unparse(operand))
+        elif not isinstance(operand, ast.Constant):
+            return False
+    for parent in (each for statement in loop.body for each in ast.walk(ast.Module([statement], []))):
+        for child in ast.iter_child_nodes(parent):
+            if isinstance(child, ast.Name) and child.id in names and not _only_reads(parent, child):
+                return False
+            changed = isinstance(getattr(child, "ctx", None), (ast.Store, ast.Del))
+            if changed and ast.unparse(child) in fields:
+                return False
+    return True
+
+
+def _only_reads(parent: ast.AST, name: ast.Name) -> bool:
+    """Return True if an expression or statement reads a number, and cannot change it, whatever its type is."""
+    index = isinstance(parent, ast.Subscript) and parent.slice is name
+    return isinstance(name.ctx, ast.Load) and (
+        index or isinstance(parent, (ast.BinOp, ast.Compare, ast.FormattedValue))
+    )
+
+
+def _is_idle(statement: ast.stmt) -> bool:
+    """Return True if a statement changes nothing in the program."""
+    if isinstance(statement, ast.Expr):
+        call = statement.value
+        return isinstance(call, ast.Constant) or (isinstance(call, ast.Call) and name_of(call.func) in IDLE)
+    return isinstance(statement, (ast.Pass, ast.Continue))
+
+
+def _is_pure(test: ast.AST, own: dict[str, Function]) -> bool:
+    """Return True if an expression keeps its value until other code of the program runs; `own` are its functions."""
+    used = {name for name in _names_used(test) if name in own}  # a property is used without being called
+    return _only_computes(test, {*PURE, *used}) and all(
+        _only_computes(own[name], PURE) and not own.keys() & _names_used(*own[name].body) for name in used
+    )
+
+
+def _names_used(*nodes: ast.AST) -> set[str]:
+    return {name_of(each) for node in nodes for each in ast.walk(node)}
+
+
+def _only_computes(node: ast.AST, known: Collection[str]) -> bool:
+    """Return True if code sets nothing and calls nothing but these functions."""
+    inside = list(ast.walk(node))
+    called = {name_of(each.func) for each in inside if isinstance(each, ast.Call)}
+    sets = any(isinstance(getattr(each, "ctx", None), (ast.Store, ast.Del)) for each in inside)
+    return not sets and called <= {*known} and not any(isinstance(each, ast.Await) for each in inside)
