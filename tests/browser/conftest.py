@@ -25,7 +25,7 @@ from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
 JUPYTER = Path(sys.executable).with_name("jupyter")
-ENDS = 10  # s until a JupyterLab that was told to end is killed
+ENDS = 3  # s until a JupyterLab that was told to end is killed
 WAIT = 90_000  # ms for whatever the page must show, on a busy machine
 
 

@@ -63,6 +63,10 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     type_answer(page, STUB)
     expect(panel).to_contain_text("edited since it was run")
     expect_no_barriers(page, "#ros2-course-exercise", "exercise")
+    name = panel.locator(".ros-File h3")
+    height = name.bounding_box()["height"]
+    name.locator("code").evaluate("each => { each.firstChild.nodeValue = 'calculator_server.py'; }")
+    assert name.bounding_box()["height"] == height  # a name is whole: the buttons lie below it
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
 

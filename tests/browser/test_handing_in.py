@@ -12,7 +12,7 @@ import pytest
 from nbgrader.api import Gradebook
 
 from tests.browser.conftest import ROOT, serving
-from tests.browser.pages import choose, open_page, run_cell
+from tests.browser.pages import SERVER, choose, open_page, run_cell, write_greeter
 from tests.browser.test_one_world import tabs
 
 PROGRAMS = Path(sys.executable).parent
@@ -46,12 +46,12 @@ def student(tmp_path_factory):
     shutil.copy(ROOT / "notebooks/services/services.ipynb", folder / "services")
     config = settings(base, "student")
     (config / "nbgrader_config.py").write_text(f"get_config().Exchange.root = {str(base / 'exchange')!r}\n")
-    with serving(base, folder, JUPYTER_CONFIG_PATH=str(config)) as (address, token):
+    with serving(base, folder, JUPYTER_CONFIG_PATH=str(config), COURSE_EXCHANGE="ros2") as (address, token):
         yield address, token, folder, base / "exchange"
 
 
 def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exchange(student, page):
-    address, token, _, exchange = student
+    address, token, work, exchange = student
     asked = []
     page.on("request", lambda request: asked.append(request.url))
     page.goto(f"{address}/lab?token={token}&reset")
@@ -62,6 +62,19 @@ def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exch
     assert tabs(page) == {"Assignment List"}
     choose(page, "Nbgrader", "Assignment List")
     page.get_by_text("There are no assignments to fetch.").wait_for()
+    for folder in ("inbound", "outbound/greeter"):  # as after `nbgrader release_assignment`
+        (exchange / "ros2" / folder).mkdir(parents=True)
+    (exchange / "ros2/inbound").chmod(0o733)
+    write_greeter(work / "greeter")
+    (work / "greeter/greeter.py").write_text(SERVER)
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("greeter/greeter.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    page.get_by_role("button", name="Hand in", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Hand in", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Close").click()
+    page.get_by_role("tab", name="Assignments").click()
+    page.locator("#submitted_assignments_list").get_by_text("greeter").first.wait_for()
     # What costs each page some processor time, or the internet, and is of no use to a student.
     assert [url for url in asked if "/lab/api/build" in url or "/lab/api/news" in url] == []
 

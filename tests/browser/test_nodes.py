@@ -13,6 +13,7 @@ from tests.browser.pages import (
     choose,
     draws_within,
     expect_no_barriers,
+    keep_picture,
     open_page,
     run_cell,
     show_panel,
@@ -38,6 +39,19 @@ timer = node.create_timer(0.1, burst)  # 10,000 lines a second
 rclpy.spin(node)
 """
 
+# More than a panel shows at once, and a program that the session has not started.
+FULL = f"""import subprocess, sys
+from pathlib import Path
+Path('stranger.py').write_text({SERVER.replace("'greeter'", "'stranger'").replace("'greet'", "'strange'")!r})
+subprocess.Popen([sys.executable, 'stranger.py'], start_new_session=True)
+assert ros.until(lambda: '/stranger' in ros.nodes(), 60.0)
+from rclpy.node import Node
+class Full(Node): pass
+full = ros.start(Full, 'full').node
+for number in range(200):
+    full.get_logger().info(f'line {{number}}')
+print('all logged')"""
+
 
 def begin(page, lab, name, **answer):
     """A notebook with a live session and a running node, and the panel beside it."""
@@ -56,6 +70,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     node.click()
     expect(panel).to_contain_text("/greet std_srvs/srv/Trigger")
     expect(panel).to_contain_text("word = 'hello'")
+    expect(panel.locator("wbr")).not_to_have_count(0)  # where start_type_description_service is broken
     log = panel.get_by_role("log")
     expect(log).to_contain_text("INFO greeter greeted")
     time = log.locator(".ros-Log-line").filter(has_text="greeted").locator("time")
@@ -67,6 +82,14 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     panel.get_by_label("Node of the log").select_option("/greeter")
     expect(again).to_have_text(re.compile(r"^[\d:]{8} INFO greeted × 4$"))  # whose it is, is chosen
     panel.get_by_label("Node of the log").select_option("All nodes")
+    page.set_viewport_size({"width": 1280, "height": 800})
+    run_cell(page, CHECKS, FULL)
+    expect(log).to_contain_text("line 199")
+    expect(panel.get_by_text("word = 'hello'")).to_be_in_viewport(ratio=1)  # beside a log that is full
+    keep_picture(page, "nodes-1280")
+    stranger = panel.get_by_role("listitem").filter(has_text="/stranger")
+    stranger.get_by_role("button", name="Stop").click()
+    expect(stranger).to_have_count(0)
     panel.get_by_label("Search the log").fill("nothing of the kind")
     expect(log).not_to_contain_text("greeted")
     panel.get_by_label("Search the log").fill("GREETED")

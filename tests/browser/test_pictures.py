@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Page, expect
+from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.browser.conftest import ROOT, WAIT
-from tests.browser.pages import cell, keep_picture, open_page, run_from_palette, show_panel
+from tests.browser.pages import keep_picture, open_page, run_from_palette, show_panel
 
 expect.set_options(timeout=WAIT)
 pytestmark = pytest.mark.matrix
@@ -30,16 +30,19 @@ def view(chromium: Browser) -> Iterator[Page]:
 
 
 def open_section(page: Page, lab, name: str) -> None:
-    """Open a section's notebook as it is stored."""
-    shutil.copy(ROOT / f"notebooks/{name}/{name}.ipynb", lab[2])
-    open_page(page, lab, f"{name}.ipynb")
+    """Open a section's notebook as it is stored, in a folder of its name."""
+    (lab[2] / name).mkdir()
+    shutil.copy(ROOT / f"notebooks/{name}/{name}.ipynb", lab[2] / name)
+    open_page(page, lab, f"{name}/{name}.ipynb")
 
 
-def run_cells(page: Page, *numbers: int) -> None:
-    """Run cells of the notebook as they are."""
-    for number in numbers:
-        cell(page, number).locator(".cm-content").click(position={"x": 4, "y": 4})
+def run_cells(page: Page, *texts: str) -> Locator:
+    """Run the code cells that contain these texts, as they are; return the last one."""
+    for text in texts:
+        editor = page.locator(".jp-Notebook .jp-CodeCell .cm-content").filter(has_text=text)
+        editor.click(position={"x": 4, "y": 4})
         page.keyboard.press("Shift+Enter")
+    return editor
 
 
 def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
@@ -49,17 +52,17 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     terminal = view.locator(".jp-Terminal .xterm-screen")
     terminal.wait_for()
     view.get_by_role("tab", name="ai_integration.ipynb").click()
-    run_cells(view, 1, 11)  # the session, and a world in real time
+    world = run_cells(view, "ros = course.live()", "destroy_subscription(listener)")  # a world in real time
     robot = view.get_by_role("tabpanel", name="Robot", exact=True)
     expect(robot).to_contain_text("room: pillars")
     terminal.click()
-    view.keyboard.type("PS1='$ '; python -m course.nodes.ai_robot_controller &>/dev/null & clear\n")
+    view.keyboard.type("python -m course.nodes.ai_robot_controller &>/dev/null & clear\n")
     expect(robot).to_contain_text("driven by /ai_robot_controller")
     view.keyboard.type("ros2 node list; ros2 param get /ai_robot_controller obstacle_threshold\n")
     frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
-    view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 400}")
+    view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 300}")
     view.get_by_role("button", name="Smaller").click()
-    cell(view, 11).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    world.evaluate("cell => cell.scrollIntoView({ block: 'start' })")
     keep_picture(view, "jupyterlab")
 
 
@@ -68,14 +71,14 @@ def test_the_graph_and_a_goal_sent_by_a_form(lab, view):
     view.get_by_role("tab", name="Graph", exact=True).click(button="right")
     view.locator(".lm-Menu-itemLabel").get_by_text("Switch Sidebar Side").click()
     inspector = show_panel(view, "Inspector")
-    run_cells(view, 1, 3, 6, 8)
+    server = run_cells(view, "ros = course.live()", "import Fibonacci as Released", "class ChapterServer(Node)")
     inspector.get_by_label("What to do").select_option("Send a goal")
     inspector.get_by_label("order int32").fill("5")
     inspector.get_by_role("button", name="Send the goal").click()
     expect(inspector.get_by_role("region", name="Timeline")).to_contain_text("succeeded")
     graph = view.get_by_role("region", name="Graph", exact=True)
     expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("/fibonacci_server")
-    cell(view, 6).evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    server.evaluate("cell => cell.scrollIntoView({ block: 'start' })")
     keep_picture(view, "inspector")
 
 

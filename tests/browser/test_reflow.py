@@ -109,6 +109,9 @@ def robot(page: Page) -> Locator:
     run_from_palette(page, "ROS course", "Robot")
     panel = page.get_by_role("tabpanel", name="Robot", exact=True)
     expect(panel.get_by_label("obstacle_threshold")).to_be_visible()
+    panel.get_by_text("Keys and legend").click()
+    keys, picture = (panel.locator(each).first.bounding_box() for each in (".ros-Robot-keys dl", ".ros-Robot-stage"))
+    assert keys["width"] >= picture["width"]
     expect(page.locator(".jp-Notebook")).to_be_visible()
     return panel
 
@@ -138,6 +141,13 @@ def test_no_panel_is_cut_off_or_scrolls_two_ways_at_200_percent_and_on_a_phone(l
             assert wait_until(lambda panel=panel: panel.evaluate(WRONG) == [], 20), (show, name, panel.evaluate(WRONG))
             keep_picture(page, f"{show.__name__}-{name}")
         page.set_viewport_size(WIDE)
+    page.set_viewport_size(SIZES["phone"])  # the notebook's tab shows its name beside those of robot and plot
+    tab = page.get_by_role("tab", name="reflow.ipynb", exact=True)
+    tab.click()
+    label = tab.locator(".lm-TabBar-tabLabel")
+    assert wait_until(lambda: label.evaluate("each => each.scrollWidth <= each.clientWidth"), 20), tab.bounding_box()
+    expect(page.locator("[data-jp-item-name='kernelName']:visible")).to_have_count(0)  # it would be cut off
+    page.set_viewport_size(WIDE)
     expect(page.locator(".jp-Notebook")).to_be_visible()  # beside the robot again
     expect(panel).to_be_visible()
     page.close()

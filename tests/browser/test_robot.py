@@ -56,6 +56,7 @@ def begin(page: Page, lab, name: str) -> Locator:
     (lab[2] / name).mkdir(exist_ok=True)
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     cells = [nbformat.v4.new_code_cell() for _ in range(3)]
+    cells.append(nbformat.v4.new_markdown_cell("```mermaid\nsequenceDiagram\nclient->>server: request\n```"))
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), lab[2] / name / f"{name}.ipynb")
     open_page(page, lab, f"{name}/{name}.ipynb")
     view = open_view(page, name)
@@ -160,9 +161,12 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view.locator(".ros-Robot-facts")).to_contain_text("none any more: the robot has stopped")
     figure = page.locator("img.ros-figure")
     expect(figure).to_have_attribute("alt", re.compile("the robot"))
+    diagram = page.locator(".jp-RenderedMermaid img")
     for theme, filtered in (("Dark", "invert"), ("Light", "none")):
+        drawn = diagram.get_attribute("src")
         set_theme(page, theme)
         assert figure.evaluate("image => getComputedStyle(image).filter").startswith(filtered)
+        expect(diagram).not_to_have_attribute("src", drawn)
 
     run_cell(page, 2, COMMANDS)
     expect(view.locator(".ros-Robot-facts")).to_contain_text("command0.20 m/s")

@@ -73,6 +73,8 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     link = nbformat.v4.new_markdown_cell("[the section](ways/ways.ipynb)")
     nbformat.write(nbformat.v4.new_notebook(cells=[link], metadata=kernel), served / "index.ipynb")
     write_greeter(served / "ways")
+    prompts: list[str] = []
+    page.on("websocket", lambda socket: socket.on("framereceived", lambda frame: prompts.append(str(frame))))
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal")
     start = page.locator(".jp-NotebookPanel")
@@ -90,6 +92,8 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     expect(opened).to_have_count(1)
     assert opened.bounding_box()["width"] >= wide - 1
     expect(terminal).to_be_visible()
+    # Its prompt, which is there already, goes to the notebook's folder.
+    assert wait_until(lambda: page.title() and "ways (domain" in "".join(prompts), WAIT / 1e3), prompts[-5:]
     saved = served.parent / "home/config/lab/workspaces"
     current = '"current":"notebook:ways/ways.ipynb"'
     assert wait_until(lambda: any(current in path.read_text() for path in saved.glob("*")), WAIT / 1e3), [
@@ -102,15 +106,15 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
 
 WORLD = "from course.world.node import World\nros.start(World)\nprint('there')"
 AWAY = """from pathlib import Path
-from course.lab.kernel import passing
+from course.lab.kernel import traffic
 ros.stop()
 assert ros.until(lambda: not ros.node.count_publishers('/scan'), 60.0)
-passing._arrival = passing.Arrival()  # as in a new kernel
+traffic._arrival = traffic.Arrival()  # as in a new kernel
 Path('ready').touch()
 assert ros.until(Path('away').exists, 60.0)
 ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
-passing._arrival.look(ros)
+traffic._arrival.look(ros)
 Path('started').touch()"""
 LONG = f"def long():\n    return ({' + '.join(['1234567'] * 20)})"
 # Where the rows of an editor's last line begin, px from its left edge.
@@ -124,11 +128,11 @@ ROWS = """editor => {
   return [...rows.values()].map(left => left - editor.getBoundingClientRect().left);
 }"""
 LOOKED = """from comm import get_comm_manager
-from course.lab.kernel import passing
+from course.lab.kernel import traffic
 assert not [each for each in get_comm_manager().comms.values() if 'robot' in each.target_name], 'no page took the news'
 ros.start(World)
 assert ros.until(lambda: ros.node.count_publishers('/scan'), 60.0)
-passing._arrival.look(ros)
+traffic._arrival.look(ros)
 print('looked')"""  # what is told of it has come to the page before this is printed
 
 
@@ -178,7 +182,18 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
     run_cell(page, CHECKS, LOOKED)
     looked = page.locator(".jp-OutputArea-output pre").get_by_text("looked")
     looked.wait_for()
+    assert (
+        looked.evaluate("each => getComputedStyle(each).wordBreak") == "normal"
+    )  # long lines are broken between words
     expect(robot).to_have_count(0)
+    # If one opens it, it lies above the plot, which keeps its width.
+    plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+    width = plot.bounding_box()["width"]
+    run_from_palette(page, "ROS course", "Robot")
+    robot.wait_for()
+    assert robot.bounding_box()["width"] == plot.bounding_box()["width"] == width
+    assert robot.bounding_box()["y"] < plot.bounding_box()["y"]
+    page.get_by_role("tab", name="Robot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
 
     # A page that is loaded again asks the kernel before it runs a cell.
     def load_again() -> None:

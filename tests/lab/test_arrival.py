@@ -19,7 +19,7 @@ rclpy.spin(World())
 @pytest.mark.parametrize("start", ["ros.start(World)", "ros.start('simulation.py')"])
 def test_a_world_of_a_cell_or_of_a_program_is_told_to_the_pages(kernel, start):
     (kernel.folder / "simulation.py").write_text(SIMULATION)
-    kernel.run("from course.lab.kernel import passing\npassing._arrival = passing.Arrival()")  # as in a new kernel
+    kernel.run("from course.lab.kernel import traffic\ntraffic._arrival = traffic.Arrival()")  # as in a new kernel
     kernel.client.execute(f"from course.world.node import World\n{start}")
     while (message := kernel.client.get_iopub_msg(timeout=WAIT))["msg_type"] != "comm_open":
         pass

@@ -253,6 +253,7 @@ def test_a_rate_has_bounds_and_ends_with_the_page_and_with_the_next_message(kern
 
 def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_do_the_same(kernel, page):
     fields = page.ask("inspector.form", kind="parameter", name="/servers", type_name="")["result"]
+    assert [field["name"] for field in fields[-2:]] == ["start_type_description_service", "use_sim_time"]
     speed = next(field for field in fields if field["name"] == "speed")
     assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "float64", "m/s; 0.1 to 2.0")
     assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""

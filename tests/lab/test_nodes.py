@@ -76,6 +76,22 @@ def test_a_file_is_seen_to_run_is_stopped_and_started_again(kernel, page):
     assert kernel.run("print(ros.nodes())") == "['/greeter']"
 
 
+def test_a_program_started_elsewhere_is_stopped(kernel, page):
+    (kernel.folder / "elsewhere.py").write_text(SERVER.replace("'greeter'", "'stranger'"))
+    page.subscribe("nodes")
+    kernel.run(
+        "import subprocess, sys\nelsewhere = subprocess.Popen([sys.executable, 'elsewhere.py'], start_new_session=True)"
+    )
+    node = nodes_until(page, "/stranger", "running")
+    while not node["process"]:
+        node = nodes_until(page, "/stranger", "running")
+    assert node["key"] == ""
+    process, born = node["process"]
+    assert "must not be stopped" in page.ask("nodes.end", process=process, born=born + 1)["error"]
+    assert page.ask("nodes.end", process=process, born=born)["result"] is None
+    assert kernel.run("print(elsewhere.wait(10) is not None)") == "True"
+
+
 def test_a_node_of_a_cell_is_started_again_as_it_was(kernel, page):
     page.subscribe("nodes")
     kernel.run(
@@ -123,6 +139,7 @@ def test_a_node_tells_what_it_offers_and_its_parameters_as_they_change(kernel, p
     assert found["publishes"] == found["calls"] == found["offers the actions"] == []
     while ["word", "'hello'"] not in found["parameters"]:
         found = page.event()["data"]
+    assert [name for name, _ in found["parameters"]] == ["word", "start_type_description_service", "use_sim_time"]
     kernel.run("!ros2 param set /greeter word goodbye")
     while ["word", "'goodbye'"] not in found["parameters"]:
         found = page.event()["data"]

@@ -1,6 +1,6 @@
 """Exchanges: records of the messages of one call, goal, publication or parameter change, each event with its time.
 
-They come from the reader's inspector, or are recorded from cells, nodes and other programs (see `passing.py`).
+They come from the reader's inspector, or are recorded from cells, nodes and other programs (see `traffic.py`).
 """
 
 import itertools

@@ -8,9 +8,10 @@ from rclpy.action import get_action_names_and_types
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from course.errors import LiveError
-from course.lab.kernel import exchange, forms, passing, programs, sending
+from course.lab.kernel import exchange, forms, programs, sending, traffic
 from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
+from course.ros.names import own_first
 from course.session.live import current
 
 ANSWER = 5.0  # s
@@ -41,8 +42,8 @@ def add(panels: Panels) -> None:
     panels.topics |= {
         "inspector": Topic(lambda: Changes(offers), 0.5),
         "inspector.exchange": Topic(exchange.Followed, 0.1),
-        "inspector.exchanges": Topic(passing.Summaries, 0.25),
-        "inspector.unseen": Topic(lambda: Changes(passing.unseen), 1.0),
+        "inspector.exchanges": Topic(traffic.Summaries, 0.25),
+        "inspector.unseen": Topic(lambda: Changes(traffic.unseen), 1.0),
     }
 
 
@@ -84,7 +85,7 @@ def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:
 def _parameters(node: str) -> list[dict[str, Any]]:
     live = session()
     listed = live.call(f"{node}/list_parameters", ListParameters, timeout=ANSWER)
-    names = sorted(listed.result.names)
+    names = sorted(listed.result.names, key=own_first)
     values = live.call(f"{node}/get_parameters", GetParameters, timeout=ANSWER, names=names).values
     described = live.call(f"{node}/describe_parameters", DescribeParameters, timeout=ANSWER, names=names).descriptors
     found = []

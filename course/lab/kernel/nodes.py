@@ -12,7 +12,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from course.errors import LiveError
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros.names import OF_EVERY_NODE, is_hidden, split
+from course.ros.names import OF_EVERY_NODE, is_hidden, own_first, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
 from course.session.live import Session, current
 from course.session.table import Row
@@ -27,7 +27,7 @@ _stopped: list[Row] = []  # nodes stopped by this panel, which can start them ag
 
 def add(panels: Panels) -> None:
     """Add the panel's methods and topics."""
-    panels.methods |= {"nodes.restart": restart, "nodes.stop": stop}
+    panels.methods |= {"nodes.restart": restart, "nodes.stop": stop, "nodes.end": end}
     panels.topics |= {"nodes": Topic(lambda: Changes(state), 0.25), "nodes.node": Topic(Details, 1.0)}
 
 
@@ -64,10 +64,16 @@ def stop(name: str) -> None:
     _stopped.extend(rows)
 
 
+def end(process: int, born: int) -> None:
+    """Stop a program started elsewhere, by process id and birth; raises LiveError if that fails."""
+    session().stop_outsider(process, born)
+
+
 def _shown(row: Row, state: str) -> dict[str, Any]:
     return {
         "name": row.name,
         "key": row.started_as,
+        "process": row.process,
         "state": state,
         "line": row.state if state != "stopped" else "stopped",
         "since": row.since,
@@ -108,10 +114,13 @@ class Details:
                 self._session.node.destroy_client(client)
 
     def _parameters(self) -> dict[str, Any]:
-        """Return {"parameters": names with values}, and {"silent": True} if the node does not answer."""
+        """Return {"parameters": names with values}, and {"silent": True} if the node does not answer.
+
+        The parameters that every node has come last.
+        """
         listing, getting = self._clients
         listed = answer(listing, ListParameters.Request())
-        names = sorted(listed.result.names)[:SHOWN] if listed else []
+        names = sorted(listed.result.names, key=own_first)[:SHOWN] if listed else []
         got = answer(getting, GetParameters.Request(names=names)) if listed else None
         if got is None:
             return {"parameters": [], "silent": True}

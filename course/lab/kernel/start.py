@@ -21,9 +21,9 @@ def start() -> None:
     In JupyterLab, also start recording requests.
     """
     if os.environ.get(SERVED):
-        from course.lab.kernel import passing
+        from course.lab.kernel import traffic
 
-        passing.record()
+        traffic.record()
     if _bridge:
         return
     with contextlib.suppress(OSError, RuntimeError, ValueError):

@@ -54,7 +54,7 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
         known = cells.parse(json.dumps({"cells": raw}))
     except UnreadableNotebook as error:
         raise web.HTTPError(400, str(error)) from None
-    found = parts(notebook.stem, known)
+    found = parts(notebook.stem, known, notebook.parent)
     return {
         "parts": [{"name": part.name, "state": part.state, "done": part.done, "points": part.points} for part in found],
         "summary": found.summary if found else "",

@@ -4,32 +4,27 @@ import asyncio
 import atexit
 import os
 import re
-from typing import Any
 
-from jupyter_core.utils import ensure_async
-from jupyter_server.base.handlers import APIHandler
 from tornado import web
 
 from course import registry
 from course.lab import protocol
+from course.lab.server.files import Beside
 
 
-class Front(APIHandler):
-    """POST {"kernel": the id of the kernel of the notebook in front, or "" for none}."""
+class Front(Beside):
+    """POST {"path": the path of the notebook in front, "kernel": its kernel's id}, each "" for none."""
 
     auth_resource = "terminals"
 
     @web.authenticated
     async def post(self) -> None:
-        """Record the kernel for the terminals."""
-        user = self.current_user
-        if not await ensure_async(self.authorizer.is_authorized(self, user, "write", self.auth_resource)):
-            raise web.HTTPError(403)
-        body: Any = self.get_json_body()
-        kernel = body.get("kernel") if isinstance(body, dict) else None
+        """Record the kernel and the folder for the terminals."""
+        body = await self.asked()
+        kernel, folder = body.get("kernel"), str(self.notebook(body["path"]).parent) if body["path"] else ""
         if not isinstance(kernel, str) or not re.fullmatch(rf"({protocol.KERNEL_ID})?", kernel):
             raise web.HTTPError(400, "the id of a kernel is needed")
-        await asyncio.to_thread(registry.put_in_front, os.getpid(), kernel)
+        await asyncio.to_thread(registry.put_in_front, os.getpid(), kernel, "" if "\n" in folder else folder)
         self.finish({})
 
 

@@ -98,6 +98,7 @@ export async function handIn(panel: NotebookPanel, contents: Contents.IManager):
     for (;;) {
       const said: any = await deliver({ path, name: name || null, agreed });
       if (said.done) {
+        document.getElementById('refresh_assignments_list')?.click(); // of nbgrader's tab, if it is open
         await showDone(said.done, contents);
         return;
       }

@@ -15,7 +15,7 @@ import { InspectorPanel, inspectorIcon } from './inspector';
 import { language } from './language';
 import { Links } from './link';
 import { NodesPanel, nodesIcon } from './nodes';
-import { PlotPanel, plotIcon } from './plot';
+import { PLOT_VIEW, PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
 import { addView, NARROW, PHONE } from './views';
@@ -101,6 +101,7 @@ const panels: JupyterFrontEndPlugin<void> = {
       label: 'Robot',
       caption: 'Show the robot in its room, with what it sees and what it is told',
       icon: robotIcon,
+      below: PLOT_VIEW,
       make: () => new RobotPanel(current)
     });
     onArrival(app.restored, tracker, showRobot);

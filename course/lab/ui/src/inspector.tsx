@@ -8,7 +8,7 @@ import { Current } from './current';
 import { ExchangeView } from './exchange';
 import { Field, FormFields, Given, initial } from './form';
 import { Link } from './link';
-import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const inspectorIcon = new LabIcon({
   name: 'ros2-course:inspector',
@@ -235,7 +235,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
   return (
     <>
-      {type && <p className="ros-quiet ros-type">{type.replace(/\//g, '/\u200b')}</p>}
+      {type && <p className="ros-quiet ros-type">{breakable(type)}</p>}
       <form onSubmit={event => void send(event)} noValidate>
         {kind === 'parameter' && one && (
           <label>

@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { Log } from './log';
-import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const nodesIcon = new LabIcon({
   name: 'ros2-course:nodes',
@@ -21,6 +21,7 @@ export const nodesIcon = new LabIcon({
 interface Node {
   name: string;
   key: string; // for restart and stop; '' if started outside the session
+  process: [number, number] | null; // of a program that was started elsewhere and may be stopped
   state: 'running' | 'dead' | 'stopped';
   line: string;
   since: number | null; // s since 1970
@@ -34,6 +35,7 @@ interface Details {
   silent: boolean;
 }
 
+const DOMAIN = 'Nodes and terminals meet only if they have the same number, their ROS domain.';
 const MARK = { running: '●', dead: '✖', stopped: '○' };
 const KINDS = ['serves', 'calls', 'publishes', 'subscribes to', 'offers the actions', 'sends goals to'];
 
@@ -87,7 +89,9 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
     <>
       <header className="ros-Panel-head">
         <h2>Nodes</h2>
-        {message === null && domain !== null && <span className="ros-quiet">ROS domain {domain}</span>}
+        {message === null && domain !== null && <span className="ros-quiet" title={DOMAIN}>
+            ROS domain {domain}
+          </span>}
       </header>
       <div className="ros-Panel-message" role="status">
         {failed || message || (nodes && domain === null ? 'The session has ended: run the first cell again.' : '')}
@@ -97,7 +101,7 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
       <ul className="ros-Nodes" aria-label="Nodes">
         {shown.map((node, number) => (
           <NodeItem
-            key={`${node.name} ${node.key} ${number}`}
+            key={`${node.name} ${node.key} ${shown.slice(0, number).filter(same(node)).length}`}
             node={node}
             link={link!}
             wanted={node.name === wanted && node.state === 'running'}
@@ -109,6 +113,11 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
   );
 }
 
+/** Return a test for nodes of the same name that were started in the same way. */
+function same(node: Node): (other: Node) => boolean {
+  return other => other.name === node.name && other.key === node.key;
+}
+
 function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: boolean }): JSX.Element {
   const [open, setOpen] = React.useState(wanted);
   const button = React.useRef<HTMLButtonElement>(null);
@@ -116,11 +125,11 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
   const [doing, setDoing] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
-  const ask = async (method: string, what: string) => {
+  const ask = async (method: string, what: string, params: object = { name: node.key }) => {
     setDoing(what);
     setFailed('');
     try {
-      await link.request(method, { name: node.key });
+      await link.request(method, params);
     } catch (error) {
       setFailed((error as Error).message);
     }
@@ -162,6 +171,18 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
             </button>
           </span>
         )}
+        {node.process && (
+          <span className="ros-buttons">
+            <button
+              disabled={doing !== ''}
+              onClick={() => void ask('nodes.end', 'stopping', { process: node.process![0], born: node.process![1] })}
+              aria-label={`Stop ${node.name}, process ${node.process[0]}`}
+              title="Ends the program that has this node, as Ctrl-C in its terminal does"
+            >
+              Stop
+            </button>
+          </span>
+        )}
       </div>
       <div role="status">{failed && <pre className="ros-story">{failed}</pre>}</div>
       <div id={id} hidden={!open}>
@@ -191,6 +212,18 @@ function NodeDetails({ node, link }: { node: Node; link: Link }): JSX.Element {
       {failed && <p>{failed}</p>}
       {details && (
         <dl>
+          <dt>parameters</dt>
+          {details.silent ? (
+            <dd>The node does not answer: it is busy, blocked, or offers no parameters.</dd>
+          ) : (
+            details.parameters.map(([name, value]) => (
+              <dd key={name}>
+                <code>
+                  {breakable(name)} = {value}
+                </code>
+              </dd>
+            ))
+          )}
           {kinds.map(kind => (
             <React.Fragment key={kind}>
               <dt>{kind}</dt>
@@ -201,18 +234,6 @@ function NodeDetails({ node, link }: { node: Node; link: Link }): JSX.Element {
               ))}
             </React.Fragment>
           ))}
-          <dt>parameters</dt>
-          {details.silent ? (
-            <dd>The node does not answer: it is busy, blocked, or offers no parameters.</dd>
-          ) : (
-            details.parameters.map(([name, value]) => (
-              <dd key={name}>
-                <code>
-                  {name} = {value}
-                </code>
-              </dd>
-            ))
-          )}
         </dl>
       )}
     </div>

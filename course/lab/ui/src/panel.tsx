@@ -127,6 +127,16 @@ export function FirstCell({ current, link }: { current: Current; link: Link | nu
   return <button onClick={run}>Run the first cell</button>;
 }
 
+/** Return a name that a narrow panel breaks after `/` and `_` only, and from which nothing else is copied. */
+export function breakable(name: string): React.ReactNode {
+  return name.split(/(?<=[/_])/).map((part, index) => (
+    <React.Fragment key={index}>
+      {index > 0 && <wbr />}
+      {part}
+    </React.Fragment>
+  ));
+}
+
 /** Return the advice that replaces a panel's content; null if the kernel has a live session. */
 export function instead(current: Current, link: Link | null): string | null {
   if (!current.panel) {

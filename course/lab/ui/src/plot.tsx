@@ -37,9 +37,11 @@ interface Memory {
   until: number | null; // s since 1970, of a paused plot
 }
 
+export const PLOT_VIEW = 'ros2-course-plot';
+
 export class PlotPanel extends SidePanel {
   constructor(current: Current) {
-    super(current, 'ros2-course-plot', 'Plot', plotIcon);
+    super(current, PLOT_VIEW, 'Plot', plotIcon);
     this.title.closable = true;
   }
 

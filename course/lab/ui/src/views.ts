@@ -24,6 +24,7 @@ export interface View {
   caption: string;
   icon: LabIcon;
   above?: string; // the id of the view below which it opens, if that is open
+  below?: string; // the id of the view above which it opens, if that is open
   make: () => SidePanel;
 }
 
@@ -64,9 +65,10 @@ export function addView(
   };
   const put = (panel: SidePanel, behindIt: boolean) => {
     const notebook = notebooks.currentWidget?.isAttached ? notebooks.currentWidget : null;
-    const above = view.above && document.getElementById(view.above) ? view.above : undefined;
-    const mode = behindIt ? 'tab-after' : above ? 'split-bottom' : 'split-right';
-    const ref = behindIt ? notebook?.id : (above ?? notebook?.id);
+    const opened = (id?: string) => (id && document.getElementById(id) ? id : undefined);
+    const [above, below] = [opened(view.above), opened(view.below)];
+    const mode = behindIt ? 'tab-after' : above ? 'split-bottom' : below ? 'split-top' : 'split-right';
+    const ref = behindIt ? notebook?.id : (above ?? below ?? notebook?.id);
     app.shell.add(panel, 'main', { mode, ref, type: panel.id, activate: false });
     if (mode === 'split-right' && notebook) {
       dockOf(notebook)?.addWidget(panel, { mode }); // as high as the page, beside a terminal below the notebook, too

@@ -39,17 +39,19 @@ export const ways: JupyterFrontEndPlugin<void> = {
 
 export const front: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:front',
-  description: 'Tells the server which notebook is in front: the terminals are in its ROS domain.',
+  description: 'Tells the server which notebook is in front: the terminals are in its ROS domain and folder.',
   autoStart: true,
   requires: [INotebookTracker],
   activate: (_: JupyterFrontEnd, tracker: INotebookTracker) => {
     let panel: NotebookPanel | null = null;
-    let told = '';
+    let told = ' '; // a kernel and a path
     const tell = () => {
-      const kernel = (panel && !panel.isDisposed && panel.sessionContext.session?.kernel?.id) || '';
-      if (kernel !== told) {
-        told = kernel;
-        post('front', { kernel }).catch(() => (told = ''));
+      const shown = panel && !panel.isDisposed ? panel : null;
+      const path = shown?.context.path ?? '';
+      const kernel = shown?.sessionContext.session?.kernel?.id ?? '';
+      if (`${kernel} ${path}` !== told) {
+        told = `${kernel} ${path}`;
+        post('front', { path, kernel }).catch(() => (told = ' '));
       }
     };
     const follow = () => {

@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=(e.n(i))()(t());n.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=(e.n(n))()(t());i.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -338,7 +338,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:n})},646(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=e.n(i),s=e(994),l=n()(t());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:i})},646(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=e.n(n),s=e(994),l=i()(t());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -449,6 +449,27 @@
     width: 100% !important;
   }
 
+  /* The tab in front shows its name; the others share what is left, and are closed when they are in front. */
+  .lm-DockPanel-tabBar .lm-TabBar-tab.lm-mod-current {
+    flex: 0 0 auto !important;
+    width: auto !important;
+    max-width: 75%;
+  }
+
+  .lm-DockPanel-tabBar .lm-TabBar-tab:not(.lm-mod-current) .lm-TabBar-tabCloseIcon {
+    display: none;
+  }
+
+  /* A tab moves when it comes to the front: its cross may lie below the finger that tapped it, and must not close it. */
+  .lm-DockPanel-tabBar .lm-TabBar-tab.lm-mod-current .lm-TabBar-tabCloseIcon {
+    animation: ros-later 0.6s;
+  }
+
+  /* There is no room for the kernel's name beside its state. */
+  .jp-NotebookPanel-toolbar [data-jp-item-name='kernelName'] {
+    display: none;
+  }
+
   /* Text, code and pictures have the width of the cells' numbers, too; a wide table scrolls. */
   .jp-Notebook :is(.jp-InputPrompt, .jp-OutputPrompt) {
     display: none;
@@ -477,6 +498,25 @@
 /* A line of text has about 90 characters at most; a table is as wide as it needs. */
 .jp-RenderedMarkdown > :is(p, ul, ol, dl, blockquote, details, h1, h2, h3, h4) {
   max-width: 80ch;
+}
+
+.jp-RenderedMarkdown table {
+  margin-left: 0;
+}
+
+.jp-RenderedMarkdown th {
+  text-align: left;
+}
+
+/* What is folded belongs to the text above it. */
+.jp-RenderedMarkdown > details:has(+ :not(details)) {
+  margin-bottom: 1em;
+}
+
+/* A printed line is broken between words, unless a word is longer than a line. */
+.jp-OutputArea-output pre {
+  overflow-wrap: anywhere;
+  word-break: normal;
 }
 
 /* At least 4.5:1 (WCAG AA), where JupyterLab's own colours have less. */
@@ -562,8 +602,12 @@ body[data-jp-theme-light='false'] {
 .ros-Panel-head {
   align-items: baseline;
   display: flex;
-  gap: 8px;
-  justify-content: space-between;
+  flex-wrap: wrap;
+  gap: 4px 8px;
+}
+
+.ros-Panel-head > :last-child:not(:first-child) {
+  margin-left: auto;
 }
 
 .ros-Panel-message {
@@ -698,9 +742,10 @@ body[data-jp-theme-light='false'] {
   white-space: pre-wrap;
 }
 
+/* A long log leaves an open node its room. */
 .ros-Log {
   display: flex;
-  flex: 0 1 auto;
+  flex: 1 1 180px;
   flex-direction: column;
   margin-top: 8px;
   min-height: 180px;
@@ -840,7 +885,14 @@ body[data-jp-theme-light='false'] {
 body[data-jp-theme-light='false'] img.ros-figure {
   filter: invert(0.92) hue-rotate(180deg);
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),i=e(314),n=(e.n(i))()(t());n.push([o.id,`/* The robot view. */
+
+@keyframes ros-later {
+  from,
+  to {
+    visibility: hidden;
+  }
+}
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=(e.n(n))()(t());i.push([o.id,`/* The robot view. */
 
 .lm-DockPanel .ros-Panel {
   container-type: size; /* the picture has no more than its part of the panel's height */
@@ -877,21 +929,17 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-under {
-  align-items: start;
-  display: flex;
-  flex-flow: row-reverse wrap;
-  gap: 4px 8px;
+  display: flow-root;
   margin-bottom: 4px;
 }
 
-.ros-Robot-keys {
-  flex: 1 1 170px;
-  min-width: 0;
+.ros-Robot-keys summary {
+  width: max-content;
 }
 
 .ros-Robot-zoom {
   display: flex;
-  flex: none;
+  float: right;
   gap: 4px;
 }
 
@@ -1152,6 +1200,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-keys dl {
+  clear: both; /* of the zoom's buttons, which are beside the summary */
   display: grid;
   gap: 2px 12px;
   grid-template-columns: max-content 1fr;
@@ -1262,4 +1311,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,i){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&n[d[0]]||(void 0!==i&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=i),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},i=[],n=0;n<o.length;n++){var s=o[n],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),m={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(m);else{var h=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(m,a);a.byIndex=n,r.splice(n,0,{identifier:d,updater:h,references:1})}i.push(d)}return i}o.exports=function(o,t){var i=a(o=o||[],t=t||{});return function(o){o=o||[];for(var n=0;n<i.length;n++){var s=e(i[n]);r[s].references--}for(var l=a(o,t),p=0;p<i.length;p++){var d=e(i[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}i=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,i;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(i=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(i))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),i=e(825),n=e.n(i),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),m=e.n(c),h=e(113),f=e.n(h),x=e(646),b={};b.styleTagTransform=f(),b.setAttributes=d(),b.insert=l().bind(null,"head"),b.domAPI=n(),b.insertStyleElement=m(),t()(x.A,b),x.A&&x.A.locals&&x.A.locals;var u=e(770),g={};g.styleTagTransform=f(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=m(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
+`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,n){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},n=[],i=0;i<o.length;i++){var s=o[i],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),m={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(m);else{var h=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(m,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:h,references:1})}n.push(d)}return n}o.exports=function(o,t){var n=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<n.length;i++){var s=e(n[i]);r[s].references--}for(var l=a(o,t),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,n;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),n=e(825),i=e.n(n),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),m=e.n(c),h=e(113),b=e.n(h),f=e(646),x={};x.styleTagTransform=b(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=i(),x.insertStyleElement=m(),t()(f.A,x),f.A&&f.A.locals&&f.A.locals;var u=e(770),g={};g.styleTagTransform=b(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=m(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from course.lab.kernel.exchange import Exchange
-from course.lab.kernel.passing import Passing
 from course.lab.kernel.start import SERVED
+from course.lab.kernel.traffic import Traffic
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 from tests.lab.test_inspector import SERVERS
@@ -208,9 +208,9 @@ def test_a_client_is_known_before_its_node_on_a_busy_machine():
     node = SimpleNamespace(
         get_subscriptions_info_by_topic=lambda topic, no_mangle: [unknown], get_topic_names_and_types=list
     )
-    passing = Passing.__new__(Passing)
-    passing.live, passing._own = SimpleNamespace(node=node), set()
-    assert passing._outside("/fibonacci").by == "another program"
+    traffic = Traffic.__new__(Traffic)
+    traffic.live, traffic._own = SimpleNamespace(node=node), set()
+    assert traffic._outside("/fibonacci").by == "another program"
 
 
 def test_an_answer_that_can_no_more_come_is_told(kernel, page):

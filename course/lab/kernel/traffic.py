@@ -71,7 +71,7 @@ class _Goal:
     canceling: bool = False
 
 
-class Passing:
+class Traffic:
     """Watches a session until `close`."""
 
     def __init__(self, live: Session):
@@ -399,7 +399,7 @@ def _loaded(kind: str, end: str) -> type | None:
     return GoalStatusArray
 
 
-_passing: list[Passing] = []
+_traffic: list[Traffic] = []
 _arrival = Arrival()
 _threads: list[threading.Thread] = []
 _sharing = threading.Lock()
@@ -429,18 +429,18 @@ def _go_on() -> None:
                     raise
 
 
-def _look() -> Passing | None:
+def _look() -> Traffic | None:
     """Watch the current session; returns None without one."""
     with _sharing:
         live = current()
-        if _passing and _passing[0].live is not live:
-            _passing.pop().close()
+        if _traffic and _traffic[0].live is not live:
+            _traffic.pop().close()
         if live is None:
             return None
-        if not _passing:
-            _passing.append(Passing(live))
-        _passing[0].look()
-        return _passing[0]
+        if not _traffic:
+            _traffic.append(Traffic(live))
+        _traffic[0].look()
+        return _traffic[0]
 
 
 class Summaries(Changes):
@@ -457,6 +457,6 @@ class Summaries(Changes):
 
 
 def unseen() -> list[dict[str, Any]]:
-    """Return the services of the session whose calls by other programs are not recorded, see `Passing.unseen`."""
-    passing = _look()
-    return passing.unseen() if passing else []
+    """Return the services of the session whose calls by other programs are not recorded, see `Traffic.unseen`."""
+    traffic = _look()
+    return traffic.unseen() if traffic else []
