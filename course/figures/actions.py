@@ -22,6 +22,7 @@ MARKERS = {
 }
 LABELS = {"request": "sent", "goal": "sent", "cancel": "cancel requested"}
 HOLLOW = ("cancel",)  # told from a goal by more than its colour
+SEEN = "Each mark: when the client sends it, or receives it"
 COLUMNS = 3  # of the legend
 LABELLED = 12  # the newest points of a feedback figure
 
@@ -60,10 +61,11 @@ def timeline(
 ) -> Picture:
     """Draw one line for each goal or service call: the client's messages above it, the server's answers below it.
 
-    A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call.  Each line begins
-    when its goal was sent; with `together` all have a common time axis, which begins with the first goal.
+    A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call, each at the time at
+    which the client sent or received it.  Each line begins when its goal was sent; with `together` all have a common
+    time axis, which begins with the first goal.
     """
-    picture = Picture("timeline of goals", 2.3 + 0.65 * max(1, len(goals)))
+    picture = Picture("timeline of goals", 2.5 + 0.65 * max(1, len(goals)))
     since = "the first was sent" if together else "sending"
     axes = style(picture.figure.add_subplot(), title, f"Time since {since} (s)")
     first = min((goal.start for goal in goals), default=0.0)
@@ -93,11 +95,11 @@ def timeline(
             )
     axes.set_yticks(range(len(goals)), names)
     axes.set_ylim(len(goals) - 0.5, -0.5)
-    picture.tell(title, *facts)
+    picture.tell(title, *facts, "Each time is when the client sends or receives the message" if facts else "")
     if seen:
         shown = [label for label in dict.fromkeys(LABELS.get(event, event) for event in EVENTS) if label in seen]
         handles = [*(seen[label] for label in shown), Line2D([], [], color=GREY, linewidth=1)]
-        legend(picture.figure, COLUMNS, handles, [*shown, "under way"])
+        legend(picture.figure, COLUMNS, handles, [*shown, "under way"], SEEN)
     return picture
 
 

@@ -63,14 +63,17 @@ class Overlaid(tuple[Any, ...]):
     __slots__ = ()
 
 
-def legend(figure: Figure, columns: int, handles: Sequence[Any] = (), labels: Sequence[str] = ()) -> None:
-    """Explain the marks of a figure below its axes: never over the data.
+def legend(
+    figure: Figure, columns: int, handles: Sequence[Any] = (), labels: Sequence[str] = (), title: str | None = None
+) -> None:
+    """Explain the marks of a figure below its axes, under a `title`: never over the data.
 
     Without `handles`, the labels are those that were given when the axes were drawn.  A handle that is a tuple stands
     for marks of several colours, drawn side by side.
     """
-    look: dict[str, Any] = {"loc": "outside lower left", "ncols": columns, "frameon": False}
+    look: dict[str, Any] = {"loc": "outside lower left", "ncols": columns, "frameon": False, "alignment": "left"}
     if handles:
         look |= {"handles": handles, "labels": labels}
     several = {tuple: HandlerTuple(ndivide=None, pad=0.2), Overlaid: HandlerTuple(ndivide=1)}
-    figure.legend(**look, handler_map=several, fontsize=10, columnspacing=1.2, handlelength=1.6, handletextpad=0.4)
+    look |= {"title": title, "title_fontsize": 10, "fontsize": 10}
+    figure.legend(**look, handler_map=several, columnspacing=1.2, handlelength=1.6, handletextpad=0.4)

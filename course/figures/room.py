@@ -1,15 +1,16 @@
 """Figures of a drive: the path in the room with the robot's states over time, and distances over time."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
-from matplotlib.path import Path as MarkerPath
+from matplotlib.patches import Circle, PathPatch
+from matplotlib.path import Path
+from matplotlib.typing import LineStyleType
 from numpy.typing import NDArray
 
 from course.figures.palette import (
@@ -17,6 +18,7 @@ from course.figures.palette import (
     BLUE,
     GREEN,
     GREY,
+    GROUND,
     LINE,
     ORANGE,
     STATES,
@@ -33,26 +35,65 @@ from course.robot.sectors import wrap
 Floats = NDArray[np.float64]
 # Vermillion is for collisions.
 MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": GREY}
-# The arms of a collision's cross are longer than the robot's radius, and the robot is drawn over it.
 COLLISION: dict[str, Any] = {
-    "marker": "X",
+    "marker": "x",
     "color": VERMILLION,
-    "markeredgecolor": "white",
-    "markersize": 18,
+    "markersize": 10,
+    "markeredgewidth": 3,
     "linestyle": "",
-    "zorder": 2.9,
+    "zorder": 2.0,
 }
+
+
+class Look(NamedTuple):
+    """The look of a state besides its colour; lengths in points.
+
+    Marks at the same place have different sizes, so that each is seen: a dot in a ring in a square in a diamond.
+    """
+
+    line: float  # width of the path
+    core: float  # width of the path's light core
+    dashes: LineStyleType  # of the path
+    mark: str
+    size: float  # of the mark
+    filled: bool = False  # the mark
+
+    def path(self, colour: str) -> list[tuple[str, float, LineStyleType]]:
+        """Return what is drawn over each other: colour, width and dashes."""
+        layers = [(colour, self.line, self.dashes)]
+        if self.core:
+            layers.append((GROUND, self.core, "-"))
+        return layers
+
+    def spot(self, colour: str) -> dict[str, Any]:
+        """Return the mark of a place where the robot has not moved."""
+        face = colour if self.filled else "none"
+        return {"marker": self.mark, "markersize": self.size, "markerfacecolor": face, "markeredgecolor": colour}
+
+
+LOOKS = {
+    GREEN: Look(2.0, 0.0, "-", "D", 13.0),
+    BLUE: Look(4.0, 0.0, "-", "o", 7.0, filled=True),
+    ORANGE: Look(4.8, 1.8, "-", "o", 10.5),
+    VERMILLION: Look(2.0, 0.0, ":", "s", 12.0),
+    GREY: Look(2.0, 0.0, "--", "s", 12.0),
+}
+DISC = "#bbbbbb"
+EDGE = 1.5  # points: edge of a mark, and of the robot
+ROW = 0.2  # inches: a row of the legend
 STRAIGHT = 0.05  # rad/s: slower turns count as straight
+CREEP = 0.02  # m/s: slower is on the spot
 
 
 @plain
 def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str = "") -> Picture:
     """The room and path of a `course.world.Simulation` (m), with the states that a `DecisionRecorder` saw.
 
-    Without decisions, the colours show how the robot moved: straight on, to the left, to the right, or not at all.  A
-    dot on the path shows where the robot turned on the spot, or stood; a cross marks a collision.  Decisions are placed
-    on the path by their scans' stamps (s): in simulated time, or by the wall clock, with the newest at the path's end.
-    The default `title` says how far the robot came, and when it touched something.
+    Without decisions, the path shows how the robot moved: straight on, to the left, to the right, or not at all.  A
+    mark on the path shows where it turned on the spot, or stood; a cross, where it touched something.  Each state has a
+    line and a mark of its own, which can be told apart without the colours.  Decisions are placed on the path by their
+    scans' stamps (s): in simulated time, or by the wall clock, with the newest at the path's end.  The default `title`
+    says how far the robot came, and when it touched something.
     """
     path = simulation.path
     if decisions is None:
@@ -69,17 +110,19 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     else:
         axes = picture.figure.add_subplot()
     style(axes, title or _told(simulation), "x (m)", "y (m)")
-    axes.add_collection(LineCollection(list(simulation.room.segments), colors=BLACK, linewidths=2))
+    robot = _robot(axes, simulation.pose, simulation.robot.radius)
+    walls = Path.make_compound_path(*_outlines(simulation.room.segments))
+    axes.add_patch(PathPatch(walls, fill=False, edgecolor=BLACK, linewidth=2, joinstyle="miter", zorder=1.8))
     short = {"wall or obstacle": Line2D([], [], color=BLACK, linewidth=2)}
     (short["start"],) = axes.plot(*simulation.room.start[:2], "+", color=BLACK, markersize=10, zorder=2.8)
     for collision in simulation.collisions:
-        axes.plot(collision.x, collision.y, **COLLISION)
-        short["touched something"] = Line2D([], [], **COLLISION | {"markersize": 11})
+        (short["touched something"],) = axes.plot(*collision.contact, **COLLISION)
     long = _path(axes, path, _states(path[:, 0], stamps, decided)[1:], lanes if decided else {})
-    long["robot at the end, line: front"] = _robot(axes, simulation.pose, simulation.robot.radius)
+    long["robot at the end, line: front"] = robot
     axes.set_aspect("equal", adjustable="datalim")
     axes.autoscale_view()
     rows = max(len(short), len(long))  # of the legend: the short phrases on its left, the long ones on its right
+    picture.figure.set_figheight(picture.figure.get_figheight() + ROW * (rows - 3))
     handles = [*short.values(), *[Line2D([], [], linestyle="")] * (rows - len(short)), *long.values()]
     legend(picture.figure, 2, handles, [*short, *[""] * (rows - len(short)), *long])
     picture.tell(title or _told(simulation), *_facts(simulation, decided))
@@ -101,7 +144,7 @@ def _facts(simulation: Any, decided: list[str]) -> list[str]:
     (x, y, _), (end_x, end_y, _) = simulation.room.start, simulation.pose
     facts = [f"Seen from above, it starts at x {x:.1f} m, y {y:.1f} m and ends at x {end_x:.1f} m, y {end_y:.1f} m"]
     facts += [
-        f"It touched something at x {each.x:.1f} m, y {each.y:.1f} m after {each.time:.1f} s"
+        f"It touched something at x {each.contact[0]:.1f} m, y {each.contact[1]:.1f} m after {each.time:.1f} s"
         for each in simulation.collisions
     ]
     if decided:
@@ -112,39 +155,69 @@ def _facts(simulation: Any, decided: list[str]) -> list[str]:
     return facts
 
 
+def _outlines(segments: Floats) -> Iterator[Path]:
+    """Join segments, each of which begins where the one before ends, to lines; one that returns to its start closes."""
+    points: list[Floats] = []
+    for start, end in segments:
+        if points and not np.array_equal(points[-1], start):
+            yield Path(points)
+            points = []
+        points = points or [start]
+        points.append(end)
+        if np.array_equal(points[0], end):
+            yield Path(points, closed=True)
+            points = []
+    if points:
+        yield Path(points)
+
+
 def _path(axes: Axes, path: Floats, states: list[str], lanes: Mapping[str, str]) -> dict[str, Any]:
-    """Draw the path in the colours of its states, with dots where it has no length; return the entries of a legend."""
-    runs = _runs(states)
-    pieces = [path[first : last + 1, 1:3] for first, last in runs]
-    colours = [lanes.get(states[first], GREY) for first, _ in runs]
-    axes.add_collection(LineCollection(pieces, colors=colours, linewidths=2.5, capstyle="butt", joinstyle="round"))
-    marks: dict[str, Any] = {}
-    stood = np.all(path[:-1, 1:3] == path[1:, 1:3], axis=1)
+    """Draw the path in the looks of its states, over marks where it hardly moved; return the entries of a legend."""
+    stood = ~_moved(path)
     moved = {state for state, still in zip(states, stood, strict=True) if not still}
-    if seen := [colour for state, colour in lanes.items() if state in moved]:
-        marks["path, coloured as the rows above"] = tuple(Line2D([], [], color=each, linewidth=2.5) for each in seen)
-    if moved - set(lanes):
-        marks["path before the first decision" if lanes else "path"] = Line2D([], [], color=GREY, linewidth=2.5)
-    if lanes and stood.any():
-        still = np.flatnonzero(stood)
-        dots = [lanes.get(states[number], GREY) for number in still]
-        axes.scatter(path[still + 1, 1], path[still + 1, 2], s=36, color=dots, zorder=2.5)
-        marks["stood, or turned on the spot"] = tuple(
-            Line2D([], [], marker="o", markersize=5, color=each, linestyle="")
-            for each in dict.fromkeys([*lanes.values(), GREY])
-            if each in dots
-        )
+    still = {state for state, still in zip(states, stood, strict=True) if still} if lanes else set()
+    pieces, layers = [], []
+    for first, last in _runs(states):
+        colour = lanes.get(states[first], GREY)
+        for layer in LOOKS[colour].path(colour) if states[first] in moved else ():
+            pieces.append(path[first : last + 1, 1:3])
+            layers.append(layer)
+    colours, widths, dashes = zip(*layers, strict=True) if layers else ((), (), ())
+    lines = LineCollection(pieces, colors=colours, linewidths=widths, linestyles=list(dashes), zorder=2.5)
+    lines.set(capstyle="butt", joinstyle="round")
+    axes.add_collection(lines)
+    marks: dict[str, Any] = {}
+    before = "before the first decision" if lanes else "path"
+    for state in [*lanes, *((moved | still) - set(lanes))]:
+        colour = lanes.get(state, GREY)
+        name = state if state in lanes else before
+        if state in moved:
+            layers = LOOKS[colour].path(colour)
+            marks[name] = Overlaid(Line2D([], [], color=c, linewidth=w, linestyle=d) for c, w, d in layers)
+        if state in still:
+            here = path[1:][stood & (np.array(states) == state)]
+            label = name if colour in (VERMILLION, GREY) else f"{name}, on the spot"
+            spot = LOOKS[colour].spot(colour) | {"linestyle": "", "markeredgewidth": EDGE}
+            # The larger the mark, the further below: each can be seen around the others.
+            (dots,) = axes.plot(here[:, 1], here[:, 2], **spot, zorder=2.4 - 0.01 * LOOKS[colour].size)
+            marks[label] = (marks[label], dots) if label in marks else dots
     return marks
 
 
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> Overlaid:
-    """Draw the robot as a disc (m) with a line to its front, for obstacles are hollow; return its mark for a legend."""
+    """Draw the robot as a grey disc (m), for obstacles are hollow, with a line to its front; return its legend's mark.
+
+    Its edge is inside of it, so that a gap between it and a wall is seen.
+    """
     x, y, heading = pose
-    axes.add_patch(Circle((x, y), radius, facecolor=BLACK, edgecolor=BLACK, linewidth=1.5, zorder=3))
-    axes.plot([x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)], color="white", zorder=4)
-    disc = Line2D([], [], marker="o", markersize=10, color=BLACK, linestyle="")
-    ahead = Line2D([], [], marker=MarkerPath([(0, 0), (1, 0)]), markersize=10, color="white", linestyle="")
-    return Overlaid((disc, ahead))
+    disc = Circle((x, y), radius, facecolor=DISC, edgecolor=BLACK, linewidth=2 * EDGE, zorder=1.5)
+    axes.add_patch(disc)
+    disc.set_clip_path(disc)
+    front = [x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)]
+    axes.plot(*front, color=BLACK, linewidth=2, solid_capstyle="butt", zorder=2.9)
+    mark = Line2D([], [], marker="o", markersize=10, color=DISC, markeredgecolor=BLACK, linestyle="")
+    ahead = Line2D([], [], marker=Path([(0, 0), (1, 0)]), markersize=10, color=BLACK, markeredgewidth=2, linestyle="")
+    return Overlaid((mark, ahead))
 
 
 def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, str]) -> None:
@@ -166,10 +239,16 @@ def _strip(axes: Axes, stamps: Floats, decided: list[str], lanes: Mapping[str, s
 
 def _motions(path: Floats) -> list[str]:
     """Describe how the robot moved from each point of the path to the next."""
-    moved = np.any(path[1:, 1:3] != path[:-1, 1:3], axis=1)
+    moved = _moved(path)
     turned = wrap(np.diff(path[:, 3])) / np.maximum(np.diff(path[:, 0]), 1e-9)
     sides = np.where(turned > STRAIGHT, "to the left", "to the right")
     return np.where(np.abs(turned) > STRAIGHT, sides, np.where(moved, "straight on", "standing")).tolist()
+
+
+def _moved(path: Floats) -> NDArray[np.bool_]:
+    """Return True where the robot moved from a point of the path to the next, and did not just creep."""
+    _, x, y, _ = np.diff(path, axis=0).T
+    return np.asarray(np.hypot(x, y) > CREEP * np.diff(path[:, 0]))
 
 
 def _runs(states: Sequence[str]) -> list[tuple[int, int]]:

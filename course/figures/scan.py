@@ -12,6 +12,8 @@ from course.figures.palette import BLACK, LINE, SECTORS, VERMILLION, Overlaid, l
 from course.figures.picture import Picture
 from course.robot import sectors as course_sectors
 
+HEAD = "-|>,head_length=0.7,head_width=0.4"  # of an arrow
+
 
 @plain
 def sectors(
@@ -34,7 +36,7 @@ def sectors(
     picture.figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=11, color=BLACK)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
-    axes.tick_params(axis="x", pad=5)
+    axes.tick_params(axis="x", pad=8)
     facts, shown = [], dict[str, Any]()
     for name, nearest in course_sectors.from_scan(scan).items():
         low, high = course_sectors.SECTORS[name]
@@ -75,22 +77,17 @@ def sectors(
 
 
 def _arrow(axes: PolarAxes, angular: float, linear: float, reach: float) -> None:
+    """Draw a decision; the shaft of the arrow ends inside the head, whose tip is sharp."""
     length = 0.45 * reach
     if angular:
-        sweep = np.linspace(0, np.sign(angular) * np.radians(75), 30)
-        axes.plot(sweep[:-1], np.full(29, length), color=VERMILLION, linewidth=3)
-        axes.annotate(
-            "",
-            (sweep[-1], length),
-            (sweep[-3], length),
-            arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18},
-        )
+        sweep = np.copysign(np.radians(np.linspace(0, 75, 31)), angular)
+        shaft, head = (sweep[:-3], np.full(28, length)), ((sweep[-6], length), (sweep[-1], length))
     elif linear:
-        axes.annotate(
-            "",
-            (0.0, length),
-            (0.0, 0.0),
-            arrowprops={"arrowstyle": "-|>", "color": VERMILLION, "linewidth": 3, "mutation_scale": 18},
-        )
+        shaft, head = (np.zeros(2), np.array([0.0, 0.95 * length])), ((0.0, 0.8 * length), (0.0, length))
     else:
         axes.plot([0], [0], "s", color=VERMILLION, markersize=12)
+        return
+    axes.plot(*shaft, color=VERMILLION, linewidth=3, solid_capstyle="butt")
+    behind, tip = head
+    look = {"arrowstyle": HEAD, "color": VERMILLION, "linewidth": 0, "mutation_scale": 18, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", tip, behind, arrowprops=look)

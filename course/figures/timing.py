@@ -31,7 +31,7 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
         lines += axes.plot(calls, medians, line, color=color, linewidth=2, label=name)
         if len(values):
             ends = (f"{np.median(part):.3g} ms" for part in (values[:30], values[-30:]))
-            facts.append(f"{name}: {len(values)} calls, medians of the first and the last 30 " + " and ".join(ends))
+            facts.append(f"{name}: {len(values)} calls, medians of the first and the last 30: " + " and ".join(ends))
     picture.tell(title, *facts)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

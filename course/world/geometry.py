@@ -38,12 +38,24 @@ def clearance(point: ArrayLike, segments: Floats) -> float:
     """Return the distance (m) from `point` (x m, y m) to the nearest of `segments`; inf if there are none."""
     if not len(segments):
         return np.inf
+    gaps = _gaps(point, segments)
+    return float(np.sqrt(np.einsum("ij,ij->i", gaps, gaps).min()))
+
+
+def nearest_point(point: ArrayLike, segments: Floats) -> tuple[float, float]:
+    """Return the point (x m, y m) of `segments`, at least one, that is nearest to `point` (x m, y m)."""
+    gaps = _gaps(point, segments)
+    x, y = np.asarray(point, dtype=float) - gaps[np.einsum("ij,ij->i", gaps, gaps).argmin()]
+    return float(x), float(y)
+
+
+def _gaps(point: ArrayLike, segments: Floats) -> Floats:
+    """Return the way (m, shape (n, 2)) to `point` from the nearest point of each segment."""
     start, along = segments[:, 0], segments[:, 1] - segments[:, 0]
     offset = np.asarray(point, dtype=float) - start
     length2 = np.einsum("ij,ij->i", along, along)
     share = np.einsum("ij,ij->i", offset, along) / np.where(length2 > 0.0, length2, 1.0)
-    gap = offset - np.clip(share, 0.0, 1.0)[:, None] * along
-    return float(np.sqrt(np.einsum("ij,ij->i", gap, gap).min()))
+    return offset - np.clip(share, 0.0, 1.0)[:, None] * along
 
 
 class RayCaster:

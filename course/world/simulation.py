@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from course.errors import WorldError
-from course.world.geometry import Floats, Pose, RayCaster, circle, clearance
+from course.world.geometry import Floats, Pose, RayCaster, circle, clearance, nearest_point
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
@@ -59,8 +59,9 @@ class Collision:
     """A collision with an obstacle, counted once from the first contact until the robot moves away."""
 
     time: float  # s of simulated time
-    x: float  # m
+    x: float  # m, of the robot's middle
     y: float  # m
+    contact: tuple[float, float]  # m, where it touched the obstacle
 
     def __str__(self) -> str:
         return f"the robot hit an obstacle at x={self.x:.2f} m, y={self.y:.2f} m, {self.time:.1f} s"
@@ -163,7 +164,7 @@ class Simulation:
             self.pose = advance(self.pose, 0.0, angular, duration / pieces)
             if not self.touching:
                 self.touching = True
-                begun = Collision(self.time, *self.pose[:2])
+                begun = Collision(self.time, *self.pose[:2], nearest_point(ahead[:2], self.room.segments))
                 self.collisions.append(begun)
         self.distance += moved
         self.velocity = (math.copysign(moved / duration, linear) if moved else 0.0, angular)

@@ -23,9 +23,10 @@ from sensor_msgs.msg import LaserScan
 
 from course import figures
 from course.figures import palette
-from course.figures.room import MOTIONS
-from course.recorders import Recorder
+from course.figures.room import DISC, LOOKS, MOTIONS
+from course.recorders import ParameterRecorder, Recorder
 from course.world import Simulation
+from course.world.geometry import clearance
 
 
 class Recorded(Recorder):
@@ -109,12 +110,18 @@ def test_every_figure_is_a_picture_with_a_constant_text(name):
 
 ALTERNATIVES = {
     "feedback": ["Each feedback message", "2 feedback messages", "from 1 to 1"],
-    "timeline": ["one: sent at 0.0 s", "canceled at", "1 feedback message", "Two: sent"],
+    "timeline": [
+        "one: sent at 0.0 s",
+        "canceled at",
+        "1 feedback message",
+        "Two: sent",
+        "the client sends or receives",
+    ],
     "sectors": ["front: 0.40 m", "right: free", "arrow points to the left"],
     "drive": ["touched nothing", "starts at x", "FORWARD 50%", "TURNING_LEFT 50%"],
     "distances": ["aim is 2 m", "Rule: in the second half between 2.00 and 2.50 m"],
     "latencies": ["limit is 100 ms", "Fast: 0% too late", "Slow: 100% too late"],
-    "round trips": ["Calls: 2 calls"],
+    "round trips": ["Calls: 2 calls, medians of the first and the last 30: 1.5 ms and 1.5 ms"],
     "changes": ["set to 1.0", "9.0 at", "refused: too fast"],
     "response": ["ki = 2 at", "0.20 rad", "9.0 N m"],
 }
@@ -167,13 +174,11 @@ def _looks(artists: Iterator[Artist]) -> set[tuple[bool, str]]:
         if isinstance(artist, Line2D):
             drawn = artist.get_marker() not in ("", "None", None)
             colours, marker = [artist.get_markeredgecolor() if drawn else artist.get_color()], drawn
-            if drawn and artist.get_markeredgecolor() == "white":
-                colours = [artist.get_markerfacecolor()]
         elif isinstance(artist, Collection):
             marker = isinstance(artist, PathCollection)
             colours = artist.get_edgecolor() if marker or isinstance(artist, LineCollection) else artist.get_facecolor()
         else:
-            colours, marker = [artist.get_facecolor()], False
+            colours, marker = [artist.get_facecolor() if artist.get_fill() else artist.get_edgecolor()], False
         looks |= {(marker, matplotlib.colors.to_hex(colour)) for colour in colours}
     return looks
 
@@ -187,7 +192,7 @@ def test_every_mark_is_explained_in_the_legend_or_at_its_row(name):
             continue  # a strip, whose rows have names
         artists = [artist for artist in axes.get_children() if isinstance(artist, Line2D | Collection | Patch)]
         arrows = [text.arrow_patch for text in axes.texts if getattr(text, "arrow_patch", None)]
-        robot = {(False, "#ffffff"), (False, palette.BLACK)} if name.startswith("drive") else set()
+        robot = {(False, DISC)} if name.startswith("drive") else set()
         shown = [
             artist
             for artist in artists
@@ -270,6 +275,12 @@ def test_each_colour_is_seen_on_the_ground_and_keeps_its_hue_in_the_dark(name, t
     assert (light + 0.05) / (dark + 0.05) >= 3  # WCAG 1.4.11
 
 
+@pytest.mark.parametrize("name", ["timeline", "timeline on one clock"])
+def test_a_timeline_says_that_its_times_are_the_clients(name):
+    (legend,) = DRAWN[name]().figure.legends
+    assert legend.get_title().get_text() == "Each mark: when the client sends it, or receives it"
+
+
 def test_a_request_to_cancel_is_told_from_a_goal_without_its_colour():
     axes = DRAWN["timeline"]().figure.axes[0]
     ground = matplotlib.colors.to_rgba(palette.GROUND)
@@ -315,9 +326,37 @@ def test_a_refused_value_is_marked_at_its_value_or_by_an_arrow_if_far_and_its_re
 def test_what_follows_the_value_is_drawn_beside_it_in_its_unit():
     sets = Recorded("name", "value", "accepted", "reason", rows=[("max_speed", 1.0, True, "")])
     beside = Recorded("speed", rows=[(0.0,), (0.5,)])
+    beside.start = sets.start + 3.0
     axes = figures.changes(sets, "max_speed", unit="m/s", beside=beside).figure.axes[0]
     assert axes.get_ylabel() == "Value of max_speed and speed (m/s)"
-    assert [0.0, 0.5] in [list(line.get_ydata()) for line in axes.get_lines() if line.get_label() == "speed"]
+    (speed,) = (line for line in axes.get_lines() if line.get_label() == "speed")
+    assert list(speed.get_ydata()) == [0.0, 0.5]
+    assert 3.0 < min(speed.get_xdata()) < 3.1  # on the clock of the sets
+    held = next(line for line in axes.get_lines() if list(line.get_ydata()) == [1.0, 1.0])
+    assert held.get_xdata()[-1] == speed.get_xdata()[-1]
+
+
+class Started(ParameterRecorder):
+    """A recorder of parameters with rows given, the first of which was the value at its start."""
+
+    def __init__(self, *rows):
+        Recorder.__init__(self, "name", "value", "accepted", "reason")
+        for value in rows:
+            self.add(name="speed", value=value, accepted=True, reason="")
+        self.at_start = 1
+
+    def range(self, name):
+        return (0.0, 2.0)
+
+
+def test_the_value_at_the_start_is_not_taken_for_a_set():
+    picture = figures.changes(Started(1.0, 1.5), "speed")
+    lines = {line.get_label(): list(line.get_ydata()) for line in picture.figure.axes[0].get_lines()}
+    assert lines["speed"] == [1.0, 1.5] and lines["accepted"] == [1.5] and "declared range" in lines
+    assert "speed begins at 1.0. speed was set to 1.5 at" in picture.alt
+    alone = figures.changes(Started(1.0), "speed")
+    assert "speed begins at 1.0. The declared" in alone.alt
+    assert "accepted" not in [line.get_label() for line in alone.figure.axes[0].get_lines()]
 
 
 def test_the_angle_and_the_effort_of_an_arm_are_drawn_with_what_was_done_to_it():
@@ -326,6 +365,19 @@ def test_the_angle_and_the_effort_of_an_arm_are_drawn_with_what_was_done_to_it()
     assert lines["angle"] == [0.0, 0.2] and lines["target"] == [1.0, 1.0]
     assert [text.get_text() for text in upper.texts] == ["ki = 2"]
     assert list(lower.get_lines()[0].get_ydata()) == [0.0, 9.0] and lower.get_xlabel()
+
+
+def test_the_title_and_the_alternative_text_of_an_arm_say_how_far_it_hung_and_swung():
+    angles = [0.0, 0.4, 0.4, None, 0.7, 1.1, 1.0, None, 0.9, 0.64, 1.13, 0.99]
+    rows = [(None, None, None, "a gain") if angle is None else (angle, 1.0, 6.0, None) for angle in angles]
+    record = Recorded("angle", "target", "effort", "note", rows=rows)
+    record._rows = [(float(number), *row[1:]) for number, row in enumerate(record._rows)]
+    picture = figures.response(record)
+    title = picture.figure.axes[0].get_title(loc="left").replace("\n", " ")
+    assert title.startswith("Off its target: 0.60 rad before a gain, 0.00 rad before a gain, 0.01 rad at 11.0 s")
+    _, first, second, _ = picture.alt.split(" s, with")
+    assert re.search(r"; then the angle rises to 1\.10 rad at 5\.0 s\. a gain at", first)
+    assert re.search(r"; then the angle falls to 0\.64 rad at 9\.0 s and rises to 1\.13 rad at 10\.0 s\.", second)
 
 
 def test_the_last_value_holds_to_the_edge_of_the_axis():
@@ -347,7 +399,7 @@ def test_the_share_of_late_decisions_is_told():
 
 def test_the_path_has_the_colour_of_its_state():
     simulation, record = driven()
-    colours = figures.drive(simulation, record).figure.axes[0].collections[1].get_colors()
+    colours = figures.drive(simulation, record).figure.axes[0].collections[0].get_colors()
     assert matplotlib.colors.same_color(colours[0], palette.STATES["FORWARD"])
     assert matplotlib.colors.same_color(colours[-1], palette.STATES["TURNING_LEFT"])
 
@@ -358,8 +410,130 @@ def test_without_decisions_the_colours_show_how_the_robot_moved():
         simulation.step(linear, angular, 0.1)
     room, lanes = figures.drive(simulation).figure.axes
     assert [label.get_text() for label in lanes.get_yticklabels()] == [*MOTIONS]
-    for colour, wanted in zip(room.collections[1].get_colors(), MOTIONS.values(), strict=True):
-        assert matplotlib.colors.same_color(colour, wanted)
+    assert [matplotlib.colors.to_hex(colour).upper() for colour in room.collections[0].get_colors()] == [
+        MOTIONS["straight on"],
+        MOTIONS["to the left"],
+    ]
+    spots = {line.get_markeredgecolor() for line in room.lines if line.get_marker() in "os"}
+    assert spots == {MOTIONS["to the right"], MOTIONS["standing"]}
+
+
+def _room(figure) -> np.ndarray:
+    """The pixels of the axes of a room."""
+    figure.canvas.draw()
+    box, pixels = figure.axes[0].bbox, np.asarray(figure.canvas.buffer_rgba())[:, :, :3].astype(int)
+    height = len(pixels)
+    return pixels[height - int(box.y1) : height - int(box.y0), int(box.x0) : int(box.x1)]
+
+
+def test_each_mark_of_a_drive_is_seen_where_many_are_at_one_place():
+    simulation = Simulation("hall")
+    while not simulation.collisions:
+        simulation.step(0.3, 0.0, 0.1)
+    for linear, angular in [(0.0, 0.0)] * 3 + [(0.0, 0.9), (0.0, 0.9), (0.0, -0.9), (-0.01, -0.9)] * 5:
+        simulation.step(linear, angular, 0.1)
+    figure = figures.drive(simulation).figure
+    walls = [patch for patch in figure.axes[0].patches if not patch.get_fill()]
+    marks = [*figure.axes[0].lines, *walls, *figure.axes[0].collections]  # of the robot, the line to its front
+    whole, seen = _room(figure), {}
+    for mark in marks:
+        mark.set_visible(False)
+        seen[mark] = int((np.abs(_room(figure) - whole).sum(axis=2) > 90).sum())
+        mark.set_visible(True)
+    assert len(marks) == 8 and min(seen.values()) >= 12, seen
+    named = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [name for name in named if name] == [
+        "wall or obstacle",
+        "start",
+        "touched something",
+        "straight on",
+        "to the left, on the spot",
+        "to the right, on the spot",
+        "standing",
+        "robot at the end, line: front",
+    ]
+
+
+def test_the_states_of_a_path_can_be_told_apart_without_their_colours():
+    simulation = Simulation("hall")
+    for _ in range(3):
+        for angular in (0.0, 0.5, -0.5):
+            simulation.step(0.3, angular, 0.1)
+    path = figures.drive(simulation).figure.axes[0].collections[0]
+    widths = dict[str, set[float]]()
+    for colour, width in zip(path.get_colors(), path.get_linewidths(), strict=True):
+        widths.setdefault(matplotlib.colors.to_hex(colour).upper(), set()).add(float(width))
+    (straight,), (left,), (right,), (core,) = (
+        widths[each] for each in (palette.GREEN, palette.BLUE, palette.ORANGE, palette.GROUND.upper())
+    )
+    assert left >= 2 * straight and core > 1 and right - core >= 2  # thin, thick, and two thin lines
+    spots = [look[3:] for look in LOOKS.values()]
+    assert len({*spots[:4]}) == 4 and len({look[:4] for look in LOOKS.values()}) == len(LOOKS)
+
+
+def test_a_collision_is_marked_where_the_robot_touched_the_wall_without_a_gap_in_it():
+    simulation = Simulation("hall")
+    while not simulation.collisions:
+        simulation.step(0.3, 0.0, 0.1)
+    picture = figures.drive(simulation)
+    axes = picture.figure.axes[0]
+    (cross,) = (line for line in axes.lines if line.get_color() == palette.VERMILLION)
+    point = cross.get_xydata()[0]
+    assert clearance(point, simulation.room.segments) < 1e-6
+    assert math.dist(point, simulation.pose[:2]) == pytest.approx(simulation.robot.radius, abs=0.01)
+    assert cross.get_marker() == "x"  # its arms have no light edge
+    assert all(cross.get_zorder() > patch.get_zorder() for patch in axes.patches)
+    assert f"touched something at x {point[0]:.1f} m, y {point[1]:.1f} m" in picture.alt
+
+
+@pytest.mark.parametrize(("room", "closed", "open_ones"), [("pillars", 6, 0), ("office", 5, 2), ("bends", 1, 0)])
+def test_walls_and_pillars_are_lines_with_joined_corners(room, closed, open_ones):
+    axes = figures.drive(Simulation(room)).figure.axes[0]
+    (walls,) = (patch for patch in axes.patches if not patch.get_fill())
+    codes = walls.get_path().codes.tolist()
+    assert (codes.count(walls.get_path().CLOSEPOLY), codes.count(walls.get_path().MOVETO)) == (
+        closed,
+        closed + open_ones,
+    )
+    assert walls.get_joinstyle() == "miter"
+
+
+def test_the_robot_is_drawn_no_larger_than_it_is():
+    simulation = Simulation("hall")
+    figure = figures.drive(simulation).figure
+    figure.set_dpi(300)
+    axes = figure.axes[0]
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, 0]
+    x, y, heading = simulation.pose
+
+    def light(distance):
+        turn = heading + np.radians(np.arange(45, 316, 15))
+        places = axes.transData.transform(np.column_stack([x + distance * np.cos(turn), y + distance * np.sin(turn)]))
+        return [pixels[len(pixels) - 1 - int(down), int(across)] for across, down in places]
+
+    radius = simulation.robot.radius
+    assert min(light(radius + 0.015)) > 200 and max(light(radius - 0.012)) < 100
+
+
+@pytest.mark.parametrize("angular", [-0.5, 0.5, 0.0])
+def test_the_tip_of_the_arrow_is_the_farthest_that_is_drawn_of_a_decision(angular):
+    figure = figures.sectors(scan([2.0] * 360), {"linear": 0.3, "angular": angular}).figure
+    figure.set_dpi(300)
+    axes = figure.axes[0]
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[:, :, :3].astype(int)
+    red = np.abs(pixels - np.round(255 * np.array(matplotlib.colors.to_rgb(palette.VERMILLION)))).sum(axis=2) < 10
+    down, across = np.nonzero(red)
+    places = np.column_stack([across + 0.5, len(pixels) - down - 0.5])
+    angle, distance = axes.transData.inverted().transform(places).T
+    angle, distance = np.degrees((angle + np.pi) % (2 * np.pi) - np.pi)[distance < 3], distance[distance < 3]
+    far, tip = (np.sign(angular) * angle, 75.0) if angular else (distance, 0.45 * 3)
+    unit = 1.0 if angular else 0.02
+    assert tip - unit < far.max() < tip + 0.3 * unit
+    end = far > tip - 2 * unit
+    width = (distance if angular else np.radians(angle) * distance)[end]
+    assert np.ptp(width) < 0.06  # m of the axes: sharp
 
 
 def test_a_turn_on_the_spot_is_a_dot_of_its_colour_and_the_lanes_of_the_states_stand_below_the_room():
@@ -368,9 +542,9 @@ def test_a_turn_on_the_spot_is_a_dot_of_its_colour_and_the_lanes_of_the_states_s
     simulation.step(0.0, -0.5, 0.1)
     figure = figures.drive(simulation, record).figure
     room, lanes = figure.axes
-    dots = room.collections[2]
-    assert len(dots.get_offsets()) == 1 and list(dots.get_offsets()[0]) == list(simulation.pose[:2])
-    assert matplotlib.colors.same_color(dots.get_facecolors()[0], palette.STATES["TURNING_RIGHT"])
+    (dots,) = (line for line in room.lines if line.get_marker() == "o")
+    assert dots.get_xydata().tolist() == [list(simulation.pose[:2])]
+    assert dots.get_markeredgecolor() == palette.STATES["TURNING_RIGHT"]
     assert [label.get_text() for label in lanes.get_yticklabels()] == list(palette.STATES)
     figure.draw_without_rendering()
     assert room.get_position().x0 == lanes.get_position().x0 and room.get_position().x1 == lanes.get_position().x1
