@@ -21,6 +21,9 @@ from course.foundation.waiting import wait_until
 
 # A shell that starts the tests in the background has them, and all that they start, ignore Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+# Some containers set this: every process of every test would compile what it imports, and pytest every test.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 ENDS = 10  # s for what the tests have told to end
 BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")  # the first takes an eighth less of the processor

@@ -57,7 +57,7 @@ def test_an_executor_without_a_number_has_a_thread_for_each_core_that_the_progra
 
 def test_undeclared_parameters_and_other_types_are_refused_by_default():
     assert defaults(Node.__init__)["allow_undeclared_parameters"] is False
-    assert "`dynamic_typing`" in page("parameters") and "allow_undeclared_parameters=True" in page("parameters")
+    assert "dynamic_typing=True" in page("parameters") and "allow_undeclared_parameters=True" in page("parameters")
 
 
 SENT = """

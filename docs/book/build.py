@@ -111,6 +111,8 @@ def _start(sections: list[str]) -> nbformat.NotebookNode:
     for cell in notebook.cells:
         if OWN in cell.metadata.get("tags", []):
             cell.outputs = []
+    empty = "On these pages the cells that you write are empty. Their checks show what a finished solution gives."
+    notebook.cells.append(nbformat.v4.new_markdown_cell(empty))
     decks = " · ".join(f'<a href="{name}/{SLIDES}">{name.replace("_", " ")}</a>' for name in sections)
     notebook.cells.append(nbformat.v4.new_markdown_cell(f"## Slides\n\nEach section as a deck for a lecture: {decks}"))
     parts = {

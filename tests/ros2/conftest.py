@@ -104,14 +104,11 @@ def environment(tmp_path_factory, domains) -> dict[str, str]:
     """The environment of the tests' processes: a domain of their own, and no settings of the caller's."""
     prepare()
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("ROS_", "RMW_", "FASTDDS_"))}
-    for name in ("PYTHONDONTWRITEBYTECODE", "PYTHONUNBUFFERED"):
-        kept.pop(name, None)
+    kept.pop("PYTHONUNBUFFERED", None)
     system = [folder for folder in os.environ["PATH"].split(os.pathsep) if not Path(folder, "ros2").exists()]
     return {
         **kept,
         "PATH": os.pathsep.join([str(Path(sys.executable).parent), *system]),
-        # The commands start faster from compiled modules, and leave none in the environment.
-        "PYTHONPYCACHEPREFIX": str(tmp_path_factory.getbasetemp() / "compiled"),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "ROS_DOMAIN_ID": str(domains[0]),
         "COLUMNS": "200",
