@@ -5,10 +5,10 @@ has lost LIVES workers is given up, because it may be the cause.  A `Pool` knows
 """
 
 import contextlib
-import queue
 import signal
+import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -21,6 +21,7 @@ from autograder.submissions import exercises
 LIVES = 2  # workers that a submission may lose before it is given up
 WELCOME = 30.0  # s without any worker, at the start or later, after which the cluster counts as lost
 GLANCE = 0.5  # s between two looks at which workers are there
+CTRL_C = object()  # put among the gradings that have ended
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,31 @@ class Pool(Protocol):
         """Cancel these gradings."""
 
 
+class Inbox:
+    """Things that other threads or a signal handler have put in; the first comes out first.
+
+    `queue.Queue` may not be used in a signal handler, and `SimpleQueue.get` waits without end if its process is kept
+    from running for its time limit (CPython 3.11).
+    """
+
+    def __init__(self) -> None:
+        self._things: deque[Any] = deque()
+        self._bell = threading.Lock()  # free: something has been put in
+        self._bell.acquire()
+
+    def put(self, thing: Any) -> None:
+        """Put something in, from any thread or signal handler."""
+        self._things.append(thing)
+        with contextlib.suppress(RuntimeError):  # it is free already
+            self._bell.release()
+
+    def get(self, timeout: float) -> Any:
+        """Take the first thing out; None if there is none for `timeout` s."""
+        if not self._things:
+            self._bell.acquire(timeout=timeout)
+        return self._things.popleft() if self._things else None
+
+
 class Dispatcher:
     """Grades tasks on the workers of a pool: `waiting` holds those to send again, `running` those that a worker has."""
 
@@ -66,7 +92,7 @@ class Dispatcher:
         self.running: dict[Grading, Task] = {}
         self._new = iter(tasks)
         self._more = True  # until `_new` has ended
-        self._ended: queue.SimpleQueue[Grading | None] = queue.SimpleQueue()  # None: Ctrl-C
+        self._ended = Inbox()
         self._last_seen = time.monotonic()  # when there was a worker
 
     def begin(self) -> None:
@@ -93,7 +119,7 @@ class Dispatcher:
     @contextlib.contextmanager
     def _interruptible(self) -> Iterator[None]:
         # Python would raise KeyboardInterrupt anywhere, even where Dask only prints it.
-        before = signal.signal(signal.SIGINT, lambda *_: self._ended.put(None))
+        before = signal.signal(signal.SIGINT, lambda *_: self._ended.put(CTRL_C))
         try:
             yield
         finally:
@@ -144,13 +170,10 @@ class Dispatcher:
 
     def _next_ended(self) -> Grading | None:
         """A grading that has ended; None after GLANCE s without one.  Raises KeyboardInterrupt after Ctrl-C."""
-        try:
-            grading = self._ended.get(timeout=GLANCE)
-        except queue.Empty:
-            return None
-        if grading is None:
+        ended = self._ended.get(GLANCE)
+        if ended is CTRL_C:
             raise KeyboardInterrupt
-        return grading
+        return ended
 
     def _finish(self, grading: Grading) -> Iterator[Report]:
         """The report of a grading that has ended; none when its worker died."""

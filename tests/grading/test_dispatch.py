@@ -231,6 +231,15 @@ def test_ctrl_c_breaks_off_what_runs():
     assert names(reports) == ["ada"] and pool.broken_off == pool.sent[1:]
 
 
+def test_looking_for_what_has_ended_never_waits_beyond_its_limit():
+    """The shortest limit passes while the wait begins, as a longer one does on a machine that is held up."""
+    inbox = dispatch.Inbox()
+    assert [inbox.get(1e-9) for _ in range(10_000)] == [None] * 10_000
+    inbox.put("first")
+    inbox.put("second")
+    assert [inbox.get(20.0), inbox.get(20.0)] == ["first", "second"]
+
+
 def test_what_a_worker_raises_comes_out():
     def story(pool):
         yield
