@@ -10,7 +10,6 @@ from typing import Any, cast
 from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.node import Node
-from rclpy.qos import qos_profile_services_default
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
@@ -282,7 +281,7 @@ class Calls:
         types = {each for known, kinds in self._servers_here() if known == name for each in kinds}
         if types and kind not in types:
             return f"It is served with the type {min(types)}, but you use {kind}."
-        return unfit_service(self.node, name, qos_profile_services_default, self._handles)
+        return unfit_service(self.node, name, self._handles)
 
     def _never(self, client: Client) -> str:
         """Return why a client finds no server, if the text of no running program can create one; '' otherwise."""

@@ -204,6 +204,25 @@ def _wrong_type(found: re.Match[str], source: str) -> str:
     return f"The field '{field}' takes {examples[kind]}."
 
 
+def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that gives a field a Parameter, directly or by a name."""
+    if not re.search(r"get_parameter\([^()]*\)(?!\s*\.)", code) and not any(
+        re.search(rf"(?<![\w.]){re.escape(name)}(?!\s*[\w.(=])", code) for name in _parameters_kept(source)
+    ):
+        return ""
+    return OF_A_PARAMETER
+
+
+def _parameters_kept(source: str) -> set[str]:
+    """Return the names that a program gives to what `get_parameter(...)` returns."""
+    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    kept = [each for each in made if isinstance(each.value, ast.Call) and name_of(each.value.func) == "get_parameter"]
+    return {ast.unparse(target) for each in kept for target in each.targets}
+
+
+OF_A_PARAMETER = "`get_parameter(...)` returns a Parameter: its value is `.value`."
+
+
 def _sub_message(found: re.Match[str], source: str) -> str:
     if found[1] == "result" and found[2].endswith("_Result"):
         action = found[2].removesuffix("_Result")
@@ -618,7 +637,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
-        _says("`get_parameter(...)` returns a Parameter: its value is `.value`."),
+        _says(OF_A_PARAMETER),
     ),
     (
         r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
@@ -686,6 +705,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
+    (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
     (r"'NoneType' object has no attribute '\w+'", no_result_yet),

@@ -132,10 +132,18 @@ def _of_no_interest(topic: str, kinds: Sequence[str]) -> bool:
     return is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds)
 
 
-def unfit_service(node: Node, service: str, asked: QoSProfile, handles: Mapping[str, Handle]) -> str:
-    """Return why a client with the QoS `asked` and the server of `service` do not match, or ''."""
+def unfit_service(node: Node, service: str, handles: Mapping[str, Handle]) -> str:
+    """Return why `node`'s client and the server of `service` do not match, or ''.
+
+    Both are compared as the graph has them: a profile that a program asks for leaves durations unspecified, which
+    `qos_check_compatible` takes for a difference.
+    """
+    clients = node.get_publishers_info_by_topic(f"rq{service}Request", no_mangle=True)
+    asked = next((cast(QoSProfile, each.qos_profile) for each in clients if each.node_name == node.get_name()), None)
+    if asked is None:
+        return ""
     for each in node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True):
-        offered = each.qos_profile
+        offered = cast(QoSProfile, each.qos_profile)
         if QoSCompatibility.ERROR in (qos_check_compatible(offered, asked)[0], qos_check_compatible(asked, offered)[0]):
             at = "".join(f"\n{line}" for line in _lines(node, handles, each, "create_service", service))
             return (

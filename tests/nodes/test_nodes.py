@@ -1,6 +1,7 @@
 """The chapter's nodes do what the chapter says, as programs and in a private context."""
 
 import contextlib
+import json
 import os
 import re
 import signal
@@ -182,8 +183,11 @@ def test_action_client_program_ends_by_the_outcome():
         next(line for line in server.stdout if "started" in line)
         client = program("fibonacci_action_client", "10")
         output = client.communicate(timeout=15.0)[0]
-        assert client.returncode == 0 and "Result: [0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55]" in output
-        assert output.count("Received feedback") == 10
+        assert client.returncode == 0
+        *steps, result = (json.loads(each) for each in re.findall(r"(?:Received feedback|Result): (.*)", output))
+        assert result == [0, 1, 1, 2, 3, 5, 8, 13, 21, 34, 55]
+        assert steps == [result[: len(each)] for each in sorted(steps, key=len)]
+        assert 0 < len(steps) <= 10  # on a busy machine the result may overtake the last steps
         client = program("fibonacci_action_client", "47")
         assert "Goal rejected" in client.communicate(timeout=15.0)[0] and client.returncode == 1
     finally:

@@ -126,7 +126,7 @@ def test_a_callback_that_sleeps_for_an_earlier_call_is_waited_for(session, tmp_p
     body = "first, self.first = getattr(self, 'first', True), False\n        if first:\n            time.sleep(2.0)"
     file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
     session.start(file)
-    with pytest.raises(CallTimeout, match="/ask will not answer within 1.5 s"):
+    with pytest.raises(CallTimeout):
         session.call("/ask", Trigger, timeout=1.5)
     assert session.call("/ask", Trigger, timeout=1.9) is not None
 

@@ -21,6 +21,7 @@ from course.ros.rclpy_internals import RCLError
 from course.session import guards, live
 from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
+from course.session.matching import unfit_service
 from course.session.no_world import no_world
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -152,6 +153,19 @@ def test_a_call_that_no_server_meets_tells_the_qualities_of_service_of_both_and_
         session.call("/ask", Trigger, timeout=1.0)
     assert "the server has best_effort and volatile, the client reliable and volatile" in str(told.value)
     assert "\n  server.py, line 6\n    node.create_service(Trigger, '/ask'" in str(told.value)
+
+
+def test_a_server_whose_qualities_of_service_fit_is_never_blamed_for_them(session, tmp_path):
+    """On a busy machine the graph may know a server a while before the client is matched."""
+    file = tmp_path / "server.py"
+    file.write_text(
+        "import rclpy\nfrom std_srvs.srv import Trigger\nrclpy.init()\nnode = rclpy.create_node('server')\n"
+        "node.create_service(Trigger, '/ask', lambda request, response: response)\nrclpy.spin(node)\n"
+    )
+    session.start(file)
+    session.call("/ask", Trigger)
+    assert session.node.get_publishers_info_by_topic("rr/askReply", no_mangle=True)
+    assert unfit_service(session.node, "/ask", {}) == ""
 
 
 def test_the_lines_of_both_ends_are_told(session, tmp_path):
