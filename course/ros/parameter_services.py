@@ -10,10 +10,15 @@ from course.ros.names import absolute
 from course.ros.server_status import ServerStatus
 
 SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
+AGAIN = 2.0  # s until a node is asked again
 
 
 def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     """Call a node's service `kind` (ListParameters, ...) and return the response.
+
+    A node drops a response whose reader it has not discovered yet.  So it is asked again, unless that would set the
+    parameters twice: then it is asked for something else before, because it discovers readers in the order in which
+    they are made.
 
     Raises RosError when the service is not available within 5 s, or the call fails.
     """
@@ -25,13 +30,17 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     client, status = graph.node.create_client(service, name), ServerStatus(name)
     if not graph.wait_until(client.service_is_ready, SERVICE_TIMEOUT):
         raise RosError(f"Wait for service timed out waiting for parameter services for node {node_name}")
-    future = client.call_async(service.Request(**fields))
-    graph.spin(lambda: future.done() or status.report())
-    if not future.done():
-        raise RosError(f"The node does not answer.\n{status.report()}")
-    if future.result() is None:
-        raise RosError(f"Exception while calling service of node '{node_name}': {future.exception()}")
-    return future.result()
+    if sets := kind.startswith("Set"):
+        call(graph, node_name, "GetParameters")
+    futures: list[Any] = []
+    while not (done := [future for future in futures if future.done()]):
+        if report := status.report():
+            raise RosError(f"The node does not answer.\n{report}")
+        futures.append(client.call_async(service.Request(**fields)))
+        graph.spin(lambda: any(future.done() for future in futures) or status.report(), None if sets else AGAIN)
+    if done[0].result() is None:
+        raise RosError(f"Exception while calling service of node '{node_name}': {done[0].exception()}")
+    return done[0].result()
 
 
 def list_parameters(graph: Graph, node_name: str, prefixes: Iterable[str] = ()) -> list[str]:

@@ -1,4 +1,4 @@
-"""The patches of rclpy in this repository, for a live session, the grader, and the programs that the grader forks.
+"""The patches of rclpy in this repository, for a live session, the grader, and the programs that either of them starts.
 
 Each names the version it was seen in; tests/ros/test_rclpy_patches.py fails when one is no longer needed.  This module
 imports no part of rclpy: kept alive by a patched class, that would end later than rclpy's objects, and print an error
@@ -8,23 +8,34 @@ at the end of a program.
 import functools
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from typing import Any
 
 HANDED_OVER = 50e-6  # s
+UNDISCOVERED = "client will not receive response"  # rmw_fastrtps
+REPEATED = 10.0  # s for which a response is sent again
+REST = 0.1  # s between two attempts; each keeps Python's threads from running for as long
 UNLOCKED = ("send_goal_async", "_cancel_goal_async", "_get_result_async", "take_data")
+RESPONSES = {
+    "Service": ["service_send_response"],
+    "ActionServer": ["send_goal_response", "send_cancel_response", "send_result_response"],
+}
 _patched = threading.Lock()
+_repeating = threading.Lock()  # one attempt at a time
 
 
 def patch() -> None:
     """Patch rclpy in this process; calling it again changes nothing."""
     from rclpy import executors
     from rclpy.action import ActionClient
+    from rclpy.impl.implementation_singleton import rclpy_implementation
 
     with _patched:
         if not hasattr(ActionClient.send_goal_async, "__wrapped__"):
             _lock_action_clients(ActionClient)
             _hand_over_to_workers(executors)
+            repeat_lost_responses(rclpy_implementation)
 
 
 def _lock_action_clients(action_client: type) -> None:
@@ -65,3 +76,58 @@ def _hand_over_to_workers(executors: Any) -> None:
             return future
 
     executors.ThreadPoolExecutor = Workers
+
+
+def repeat_lost_responses(implementation: Any) -> None:
+    """Have a server send a response again if its client's reader of responses has not been discovered yet.
+
+    Seen in 7.1.6 with rmw_fastrtps 8.4: who has found a server may ask it before the server has discovered where the
+    response goes.  The server waits for 0.1 s, and then the response is lost, and the future of the call never ends.
+    A busy machine is slow enough for that, and so is one whose receive buffer has overflown.  Here the response is sent
+    again, in another thread, for REPEATED s.
+    """
+    for kind, names in RESPONSES.items():
+        server = getattr(implementation, kind)
+        for name in names:
+            setattr(server, name, _repeated(getattr(server, name)))
+
+
+def _repeated(send: Callable) -> Callable:
+    @functools.wraps(send)
+    def call(*args: Any) -> None:
+        if _is_lost(send, args):
+            threading.Thread(target=_send_again, args=(send, args), daemon=True).start()
+
+    return call
+
+
+def _send_again(send: Callable, args: tuple) -> None:
+    end = time.monotonic() + REPEATED
+    try:
+        while time.monotonic() < end:
+            with _repeating:
+                time.sleep(REST)
+                with args[0]:  # raises once it is destroyed
+                    if not _is_lost(send, args):
+                        return
+    except Exception:  # it has been destroyed, or rclpy is shut down: nobody waits for a response any more
+        return
+    warnings.warn(
+        f"a response was given up: its client was not discovered within {REPEATED:.0f} s, or has gone",
+        RuntimeWarning,
+        stacklevel=1,
+    )
+
+
+def _is_lost(send: Callable, args: tuple) -> bool:
+    """Send a response; return True if nobody receives it: a service warns then, an action server raises RCLError."""
+    if not any(each[0] == "error" and UNDISCOVERED in getattr(each[1], "pattern", "") for each in warnings.filters):
+        warnings.filterwarnings("error", message=f".*{UNDISCOVERED}", category=RuntimeWarning)
+    try:
+        send(*args)
+    except Exception as error:
+        # The warning that became an exception was raised by C++ code that looks for none, hence a SystemError.
+        if UNDISCOVERED not in f"{error} {error.__cause__}":
+            raise
+        return True
+    return False

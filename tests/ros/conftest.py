@@ -1,4 +1,4 @@
-"""A node of its own for the tests of rclpy's private parts and patches."""
+"""A node and a ROS domain of their own for the tests of rclpy's private parts and patches."""
 
 import pytest
 from rclpy.context import Context
@@ -8,13 +8,20 @@ from course.session.domains import claim_domain
 
 
 @pytest.fixture
-def node():
+def domain(monkeypatch):
+    """A ROS domain of its own, also for the programs that a test starts."""
+    claim, number = claim_domain()
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(number))
+    yield number
+    claim.close()
+
+
+@pytest.fixture
+def node(domain):
     """A node of a context of its own."""
-    claim, domain = claim_domain()
     context = Context()
     context.init(args=[], domain_id=domain)
     node = Node("internals", context=context)
     yield node
     node.destroy_node()
     context.try_shutdown()
-    claim.close()

@@ -1,14 +1,59 @@
 """What is patched in rclpy is still needed, and patched once."""
 
 import inspect
+import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
+import pytest
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 
 from course.ros import rclpy_internals, rclpy_patches
+from course.session.started import sitecustomize
+
+SERVER = """
+import sys
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionServer
+from std_srvs.srv import Trigger
+if "patched" in sys.argv:
+    from course.ros.rclpy_patches import patch
+    patch()
+def execute(goal):
+    goal.succeed()
+    return Fibonacci.Result(sequence=[goal.request.order])
+rclpy.init()
+node = rclpy.create_node("server")
+node.create_service(Trigger, "ask", lambda request, response: Trigger.Response(message="answered"))
+server = ActionServer(node, Fibonacci, "count", execute)
+print("ready", flush=True)
+rclpy.spin(node)
+"""
+CLIENT = [sys.executable, "-c", """
+import sys
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionClient
+from std_srvs.srv import Trigger
+rclpy.init()
+node = rclpy.create_node("client")
+asking, counting = node.create_client(Trigger, "ask"), ActionClient(node, Fibonacci, "count")
+assert asking.wait_for_service(20) and counting.wait_for_server(20)
+response, goal = asking.call_async(Trigger.Request()), counting.send_goal_async(Fibonacci.Goal(order=7))
+rclpy.spin_until_future_complete(node, goal, timeout_sec=float(sys.argv[1]))
+rclpy.spin_until_future_complete(node, response, timeout_sec=float(sys.argv[1]) if goal.done() else 0)
+print(response.done() and response.result().message)
+if goal.done():
+    result = goal.result().get_result_async()
+    rclpy.spin_until_future_complete(node, result, timeout_sec=float(sys.argv[1]))
+    print(result.done() and list(result.result().result.sequence))
+""", "20"]  # fmt: skip
 
 
 def unpatched(name: str):
@@ -62,6 +107,55 @@ def test_an_answer_waits_until_its_question_is_noted(node):
     assert entered.wait(5)
     client._client_handle = handle.inner
     client.destroy()
+
+
+@pytest.fixture(scope="module")
+def undiscovered(tmp_path_factory):
+    """Return a library that keeps the readers of a process from being discovered for a while."""
+    library = tmp_path_factory.mktemp("library") / "undiscovered.so"
+    source = Path(__file__).with_name("undiscovered.c")
+    subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source, "-ldl"], check=True)
+    return library
+
+
+def asked(library: Path, *words: str, client: list[str] = CLIENT, stacks: int | None = None) -> list[str]:
+    """Return what a client whose readers are discovered late prints of the server's responses."""
+    variables = sitecustomize.environment(os.environ, stacks, introspecting=False) if stacks else {}
+    with subprocess.Popen(
+        [sys.executable, "-c", SERVER, *words],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **variables},
+        pass_fds=[stacks] if stacks else [],
+    ) as program:
+        try:
+            assert program.stdout.readline() == "ready\n"
+            preloaded = {**os.environ, "LD_PRELOAD": str(library)}
+            return subprocess.run(client, capture_output=True, text=True, env=preloaded, timeout=90).stdout.splitlines()
+        finally:
+            program.kill()
+
+
+def test_a_response_is_still_lost_while_its_reader_is_undiscovered(domain, undiscovered):
+    """When this fails, a server waits for the reader of its response, or sends it later: remove that patch."""
+    assert asked(undiscovered, client=[*CLIENT[:-1], "4"]) == ["False"]
+
+
+def test_a_response_is_sent_again_until_its_reader_is_discovered(domain, undiscovered):
+    assert asked(undiscovered, "patched") == ["answered", "[7]"]
+
+
+def test_a_program_that_the_session_starts_sends_its_responses_again_too(domain, undiscovered, tmp_path):
+    with (tmp_path / "stacks").open("w") as stacks:
+        assert asked(undiscovered, stacks=stacks.fileno()) == ["answered", "[7]"]
+
+
+def test_ros2_param_asks_again_and_sets_once(domain, undiscovered):
+    """The server is not patched, as one that was started in a terminal."""
+    command = [sys.executable, "-m", "course.ros2.main", "param"]
+    assert "  use_sim_time" in asked(undiscovered, client=[*command, "list", "/server"])
+    said = asked(undiscovered, client=[*command, "set", "/server", "use_sim_time", "true"])
+    assert said == ["Set parameter successful"]
 
 
 def test_an_executor_still_gives_a_callback_to_its_threads_again():

@@ -12,7 +12,8 @@ Exits: a program that calls `exit()` notes in the same file where it did, becaus
 
 Exceptions: rclpy 7.1.6 raises an exception of a callback that ran in a thread of a MultiThreadedExecutor only once the
 next callback is due.  Here that is at once.  It also gives the callback to its threads again and again until one has
-begun it, and keeps them from beginning while it does; here it waits a moment (see course/ros/rclpy_patches.py).
+begun it, and keeps them from beginning while it does; here it waits a moment.  A response that its client cannot
+receive yet is sent again (see course/ros/rclpy_patches.py, which is loaded without the rest of the course).
 
 Introspection is switched on when a service is made, by the same thread, and not later: rclpy does not promise that
 another thread may do it while an executor works.
@@ -38,7 +39,7 @@ ASK = signal.SIGUSR2
 EXIT = "Exit"  # begins a note on a call that ends the program
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEPTH = 100  # events that are kept
-HANDED_OVER = 50e-6  # s
+PATCHES = os.path.join(os.path.dirname(os.path.dirname(HERE)), "ros", "rclpy_patches.py")
 # Every node has services of these packages; one of them is not made by rclpy, and cannot be introspected.
 OF_EVERY_NODE = ("rcl_interfaces", "type_description_interfaces")
 
@@ -87,7 +88,18 @@ def noted(original: "Callable[..., Any]", stacks: int) -> "Callable[..., Any]":
     return end
 
 
-def begin_and_raise_at_once(executors: Any) -> None:
+def patch(executors: Any) -> None:
+    """Patch rclpy as soon as its executors are there."""
+    from rclpy.impl.implementation_singleton import rclpy_implementation
+
+    spec: Any = importlib.util.spec_from_file_location("rclpy_patches", PATCHES)
+    patches = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(patches)
+    patches.repeat_lost_responses(rclpy_implementation)
+    begin_and_raise_at_once(executors, patches.HANDED_OVER)
+
+
+def begin_and_raise_at_once(executors: Any, handed_over: float) -> None:
     """Have rclpy's MultiThreadedExecutor begin a callback, and raise its exception, at once."""
 
     def make(original: "Callable[..., Any]") -> "Callable[..., Any]":
@@ -102,7 +114,7 @@ def begin_and_raise_at_once(executors: Any) -> None:
 
                 future = submit(task)
                 future.add_done_callback(look)
-                time.sleep(HANDED_OVER)
+                time.sleep(handed_over)
                 return future
 
             self._executor.submit = submitted
@@ -148,7 +160,7 @@ def begin() -> None:
         faulthandler.register(ASK, file=stacks, all_threads=True)
         for owner, name in ((builtins, "exit"), (builtins, "quit"), (sys, "exit"), (os, "_exit")):
             setattr(owner, name, noted(getattr(owner, name), stacks))
-        sys.meta_path.insert(0, AfterImport("rclpy.executors", begin_and_raise_at_once))
+        sys.meta_path.insert(0, AfterImport("rclpy.executors", patch))
     if os.environ.pop(WANTED, ""):
         with contextlib.suppress(Exception):  # the program itself will raise it when it imports rclpy
             from rclpy.node import Node
