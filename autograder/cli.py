@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NoReturn, cast
+from typing import TYPE_CHECKING, Annotated, NoReturn
 
 import typer
 
@@ -26,6 +26,7 @@ from autograder.results.text import describe, one_line, printable
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
 from autograder.submissions.roster import Roster, of_class, read_rosters
+from autograder.usage import UsageProblem, told
 
 if TYPE_CHECKING:
     from autograder.gradebook.entering import Entering
@@ -35,8 +36,6 @@ if TYPE_CHECKING:
 ALIKE = 10  # groups of an exercise that the report names, and pairs
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
 GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
-# typer has its own copy of click, and does not export click's UsageError.
-UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, help="Grade ROS 2 programs with hidden tests, in a sandbox."
@@ -528,7 +527,7 @@ def main() -> None:
     try:
         code = app(standalone_mode=False)
     except UsageProblem as error:
-        _fail(" ".join(error.format_message().split()))
+        _fail(told(error))
     except UsageError as error:
         _fail(str(error.args[0]))
     except SandboxUnavailable as error:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, NoReturn, cast
+from typing import Annotated, NoReturn
 
 import typer
 
@@ -28,6 +28,7 @@ from autograder.classroom.plan import DEFAULT, GIB, LOCAL, SETTINGS, Classroom, 
 from autograder.errors import AutograderError, ClassroomError, UsageError
 from autograder.gradebook.release import names as exercises
 from autograder.results.text import counted
+from autograder.usage import UsageProblem, told
 from course.foundation.untrusted import one_line
 
 PASSWORDS = ("pam", "dummy")
@@ -36,8 +37,6 @@ USAGE, FAILED = 2, 3  # exit codes
 MIB = 1 << 20
 LISTED = 5  # folders that are named when a backup leaves some out
 MOST = 5  # members who are named as taking most of the disk
-# typer has a copy of click of its own, and does not export click's UsageError.
-UsageProblem = cast(type[typer.BadParameter], typer.BadParameter.__base__)
 
 app = typer.Typer(
     add_completion=False,
@@ -455,7 +454,7 @@ def main() -> None:
     try:
         code = app(prog_name="environment/classroom", standalone_mode=False)
     except UsageProblem as error:
-        _fail(" ".join(error.format_message().split()))
+        _fail(told(error))
     except UsageError as error:
         _fail(str(error))
     except AutograderError as error:
