@@ -54,6 +54,12 @@ class HandIn:
     doubts: dict[str, str]  # what may be wrong with a file, by name
 
     @property
+    def missing(self) -> list[str]:
+        """Return the exercise's files that do not exist."""
+        wanted = [written_by(cell) for cell in self.cells if cell.solution and written_by(cell)]
+        return [name for name in wanted if name not in self.files]
+
+    @property
     def dates(self) -> dict[str, datetime]:
         """Return the due date and the end of the exercise, by DUE and UNTIL, as far as they are known.
 
@@ -96,12 +102,20 @@ class HandedIn:
     unchecked: str = ""  # why the checks could not be run
     lateness: str = ""  # a sentence that says whether it is in time
     over: bool = False  # whether hand-ins have ended
+    missing: tuple[str, ...] = ()  # the exercise's files that were not there
 
     @property
     def summary(self) -> str:
-        """Return a sentence on the passed checks, or why they could not be run; '' if they were not requested."""
+        """Return a sentence on the passed checks, or why they could not be run; '' if they were not requested.
+
+        It also names what is missing, because the check of a file passes with what its cell would write.
+        """
+        if not self.checks:
+            return self.unchecked
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
-        return f"{passed} of {len(self.checks)} public checks passed." if self.checks else self.unchecked
+        files = " and ".join(self.missing)
+        but = f", but {files} {'was' if len(self.missing) == 1 else 'were'} not handed in" if files else ""
+        return f"{passed} of {len(self.checks)} public checks passed{but}."
 
     @property
     def kept(self) -> str:
@@ -195,7 +209,8 @@ def deliver(
             warn(unchecked)
     now = datetime.now(UTC)
     written = write(found, folder, name, checks, now)
-    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now), found.is_over(now))
+    over = found.is_over(now)
+    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now), over, tuple(found.missing))
 
 
 def read(folder: Path) -> HandIn:

@@ -70,7 +70,7 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     """Whatever is in front when it is opened; and when the page is loaded again, at the start page's address."""
     address, token, served = lab
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
-    link = nbformat.v4.new_markdown_cell("[the section](ways/ways.ipynb)")
+    link = nbformat.v4.new_markdown_cell("[the section](ways/ways.ipynb), [a draft](draft/draft.ipynb)")
     nbformat.write(nbformat.v4.new_notebook(cells=[link], metadata=kernel), served / "index.ipynb")
     write_greeter(served / "ways")
     prompts: list[str] = []
@@ -80,6 +80,8 @@ def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     start = page.locator(".jp-NotebookPanel")
     start.wait_for()
     wait_for_kernel(page)
+    start.get_by_role("link", name="a draft").click()
+    expect(page.get_by_text("draft/draft.ipynb is not here")).to_be_visible()
     wide = start.bounding_box()["width"]
     page.get_by_role("button", name="Bigger").click()  # it is folded below the start page
     terminal.click()  # its corner is where the next document would open

@@ -90,6 +90,19 @@ def test_an_archive_holds_the_files_as_they_are_and_a_receipt(folder):
     assert ran.stderr == ""
 
 
+def test_a_file_that_is_missing_is_told_beside_the_check_that_its_cell_passes(folder):
+    solution = CHECK | {"solution": True, "grade": False, "locked": False}
+    text = notebook(
+        (f"%%exercise server.py --no-start\n{SERVER}", solution | {"grade_id": "file"}),
+        ("%%exercise client.py --no-start\nprint('client')", solution | {"grade_id": "other"}),
+        ("assert 'client' in open('client.py').read()\nprint('as asked')", CHECK | {"grade_id": "says-client"}),
+    )
+    (folder / "greeter.ipynb").write_text(text)
+    ran = run(folder, "--yes")
+    assert ran.returncode == 0, ran.stderr
+    assert "1 of 1 public checks passed, but client.py was not handed in." in ran.stdout
+
+
 def test_a_failed_check_is_told_and_keeps_nobody_from_handing_in(folder):
     text = (folder / "greeter.ipynb").read_text().replace("print('server')", "print('other')")
     (folder / "greeter.ipynb").write_text(text)

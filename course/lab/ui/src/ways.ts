@@ -1,7 +1,7 @@
 // The entry points of the lab: commands in the palette and the launcher, and the initial layout.
 
 import { ILabShell, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/application';
-import { ICommandPalette } from '@jupyterlab/apputils';
+import { ICommandPalette, Notification } from '@jupyterlab/apputils';
 import { PageConfig } from '@jupyterlab/coreutils';
 import { ILauncher } from '@jupyterlab/launcher';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
@@ -16,6 +16,8 @@ const CATEGORY = 'ROS course';
 const FILES = 'filebrowser'; // the id of JupyterLab's list of files
 const NODES = 'ros2-course:nodes';
 const START_PAGE = 'index.ipynb';
+const SHOWN = 10_000; // ms of a notification
+const LINK = 'rendermime:handle-local-link'; // JupyterLab's command for a link to a file
 const ROOMY = 1500; // px of a page that has room for files and notebook side by side
 const VAST = 1700; // px of a page that has room for a panel beside notebook and robot
 const PANEL = 360; // px of that panel
@@ -62,6 +64,20 @@ export const front: JupyterFrontEndPlugin<void> = {
     };
     tracker.currentChanged.connect(follow);
     follow();
+  }
+};
+
+export const absent: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:absent',
+  description: 'Says that a link leads to a file that is not there; JupyterLab itself does nothing then.',
+  autoStart: true,
+  activate: ({ commands }: JupyterFrontEnd) => {
+    commands.commandExecuted.connect((_, { id, args, result }) => {
+      if (id === LINK) {
+        const said = `${args.path} is not here. In a class, your instructor may not have released it yet.`;
+        result.catch(() => Notification.warning(said, { autoClose: SHOWN }));
+      }
+    });
   }
 };
 
