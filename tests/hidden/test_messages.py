@@ -3,8 +3,12 @@
 That the grader says these words is held by `test_answers.py`, which grades the answers.
 """
 
+import math
+import random
+
 import pytest
 
+from autograder.hidden.calculator.arithmetic import likeness, plain_numbers
 from autograder.submissions import exercises
 
 from . import answers, messages
@@ -38,3 +42,11 @@ def test_a_message_that_is_written_down_tells_something(exercise):
 )
 def test_fits(pattern, message, fits):
     assert messages.fits(pattern, message) is fits
+
+
+def test_a_rounded_quotient_is_never_taken_for_another_number():
+    """Whatever is drawn: a // b may be b, and a student was told that the result is b."""
+    for drawn in map(plain_numbers, map(random.Random, range(3000))):
+        for rounded in (math.floor, round):
+            said = likeness(float(rounded(drawn[0] / drawn[1])), drawn[0], "divide", drawn[1])
+            assert said.startswith("that, rounded"), (drawn, said)

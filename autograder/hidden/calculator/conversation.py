@@ -11,21 +11,14 @@ from typing import Any
 from calculator_interfaces.srv import Calculate
 
 from autograder.errors import Fault
+from autograder.hidden.calculator.arithmetic import ABOUT_RIGHT, ANSWERS, SIGNS, likeness, plain_numbers
 from autograder.suitekit import Bench, Run, Server, Wrong, numbers
 from course.foundation.waiting import wait_until
 
 SERVICE = "/calculator"
-ANSWERS: dict[str, Callable[[float, float], float]] = {
-    "add": lambda a, b: a + b,
-    "subtract": lambda a, b: a - b,
-    "multiply": lambda a, b: a * b,
-    "divide": lambda a, b: a / b,
-}
-SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
 SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a result has, but not six
-ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
 QUOTED = 60  # characters of a text that a message shows
@@ -261,12 +254,6 @@ class Calculator(Server):
         return [pair for order, got in zip(orders, responses, strict=True) for pair in zip(order, got, strict=True)]
 
 
-def plain_numbers(rng: random.Random) -> tuple[float, float]:
-    """Two whole numbers whose sum, difference, product and quotient are far from each other and from whole."""
-    b = rng.randrange(7, 40)
-    return float(b * rng.randrange(2, 10) + rng.randint(round(0.3 * b), round(0.7 * b))), float(b)
-
-
 def in_one_line(text: str) -> str:
     """The text with each run of white space as one blank."""
     return " ".join(text.split())
@@ -282,29 +269,6 @@ def about_right(question: Question, response: Any) -> bool:
     """Whether the result is about right, but for its sign."""
     a, operation, b = question
     return math.isclose(abs(response.result), abs(ANSWERS[operation](a, b)), rel_tol=ABOUT_RIGHT, abs_tol=ROUNDING)
-
-
-def likeness(result: float, a: float, operation: str, b: float) -> str:
-    """Return what a wrong result is, in words that do not give the numbers away."""
-    right = ANSWERS[operation](a, b) if operation in ANSWERS and not (operation == "divide" and b == 0.0) else math.nan
-    if not math.isfinite(result) or result == 0.0:
-        return str(result)
-    like = {f"a {SIGNS[other]} b": answer(a, b) for other, answer in ANSWERS.items() if b or other != "divide"}
-    like |= {"b - a": b - a} | ({"b / a": b / a} if a else {})
-    like |= {"the sum of a and b without their signs": abs(a) + abs(b), "a": a, "b": b}
-    like |= {f"a {SIGNS[operation]} b with the other sign": -right} if operation in SIGNS else {}
-    for words, value in like.items():
-        if value != right and math.isclose(result, value, rel_tol=1e-12):
-            return words
-    for digits in range(13):
-        if result == round(right, digits):
-            to = f"{digits} decimal{'s' * (digits > 1)}" if digits else "a whole number"
-            return f"that, rounded to {to}"
-    if math.isfinite(right) and result == math.floor(right):
-        return "that, rounded down"
-    if math.isclose(result, right, rel_tol=ABOUT_RIGHT):
-        return "close to that, but not the same"
-    return "a number that none of the four operations makes of them"
 
 
 def told(response: Any, other: Any) -> str:

@@ -16,8 +16,8 @@ from typing import Any
 
 from calculator_interfaces.srv import Calculate
 
+from autograder.hidden.calculator.arithmetic import ANSWERS, plain_numbers
 from autograder.hidden.calculator.conversation import (
-    ANSWERS,
     CHATTER,
     ROUNDING,
     SERVICE,
@@ -27,7 +27,6 @@ from autograder.hidden.calculator.conversation import (
     about_right,
     has_right_result,
     in_one_line,
-    plain_numbers,
     quoted,
     same,
     told,
