@@ -21,6 +21,7 @@ def apply(c: Config) -> None:
     c.Autograde.autograde_preprocessors = [NameCells, GradeInSandbox, AssignLatePenalties]
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []
+    c.GenerateFeedback.force = True  # a mark by hand changes no file by which nbgrader could see that a page is old
 
     # Feedback goes out through the exchange to all whose hand-ins came through it; the others are named.
     c.ExchangeFactory.release_feedback = ReleaseFeedback

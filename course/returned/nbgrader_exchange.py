@@ -46,6 +46,11 @@ def released(assignment: str) -> list[Released]:
     return sorted(found, key=lambda each: each.handed_in)
 
 
+def handed_in(assignment: str) -> bool:
+    """Return whether this student has handed in an assignment through an exchange."""
+    return bool(_courses(assignment))
+
+
 def _courses(assignment: str) -> list[str]:
     """Return the courses to which this student has handed in an assignment: nbgrader keeps a copy of each hand-in."""
     from jupyter_core.paths import jupyter_data_dir

@@ -32,11 +32,7 @@ def find(folder: Path) -> tuple[Path, Feedback]:
     names = _assignments(folder)
     found = [hit for name in names if (hit := pages.newest(folder, name))]
     if not found:
-        raise FeedbackError(
-            unreadable
-            or f"there is no feedback in {folder.absolute()} yet: run `course feedback FILE` in a terminal, with the "
-            "page or archive that you received"
-        )
+        raise FeedbackError(unreadable or _none_yet(folder, names))
     return max(found, key=lambda hit: hit[0].stat().st_mtime_ns)
 
 
@@ -55,6 +51,22 @@ def news(folder: Path) -> str:
                 if not any(path.stat().st_size == len(page) and path.read_bytes() == page for path in kept):
                     return f"Feedback on {assignment} has been released: course.feedback() shows it."
     return ""
+
+
+def _none_yet(folder: Path, assignments: list[str]) -> str:
+    """Return why there is no feedback in a folder, and what to do."""
+    if not assignments or nbgrader_exchange.folder() is None:
+        return (
+            f"there is no feedback in {folder.absolute()} yet: run `course feedback FILE` in a terminal, with the page "
+            "or archive that you received"
+        )
+    exercise = assignments[0]
+    if not nbgrader_exchange.handed_in(exercise):
+        return f"there is no feedback on {exercise}, because you have not handed it in"
+    return (
+        f"there is no feedback on {exercise} yet: your instructor has not released it. As soon as it is released, "
+        "course.feedback() shows it"
+    )
 
 
 def _fetched(assignment: str) -> list[tuple[Feedback, bytes]]:

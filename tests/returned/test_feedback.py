@@ -222,6 +222,15 @@ def test_what_was_released_is_said_in_a_line_until_it_is_read(released, folder, 
     assert reading.news(folder) == ""
 
 
+def test_in_a_class_one_reads_whether_feedback_is_missing_because_nothing_was_handed_in(released, folder):
+    released.unlink()
+    with pytest.raises(FeedbackError, match="no feedback on services yet: your instructor has not released it"):
+        reading.find(folder)
+    shutil.rmtree(released.parents[3] / "data")
+    with pytest.raises(FeedbackError, match="no feedback on services, because you have not handed it in"):
+        reading.find(folder)
+
+
 def test_the_command_finds_what_was_released(released, folder):
     ran = run(folder)
     assert "Services: 10 of 15 points" in ran.stdout, ran.stderr
