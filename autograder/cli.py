@@ -186,6 +186,7 @@ def grade(
             )
         )
         print("Ask for the notebook, mark them in Formgrader without it, or give --without-notebook zero.")
+    _print_rewritten(book)
     expected = known.students if known and not student else set()
     for name in sorted({name for _, name in found}):
         if absent := sorted(expected - {who for who, of in found if of == name}):
@@ -237,6 +238,7 @@ def regrade_command(
             zero = without_notebook == Unanswered.ZERO
             with _gradebook(no_gradebook, gradebook, submitted, out, None, zero) as book:
                 again.apply(book.write)
+            _print_rewritten(book)
             print(f"Written; the old results are in {out / output.HISTORY}.")
         elif moves:
             print("Nothing is written yet; the same command with --apply writes the new results.")
@@ -579,6 +581,7 @@ class NoBook:
 
     def __init__(self) -> None:
         self.unanswered: dict[str, list[str]] = {}
+        self.rewritten: dict[str, list[str]] = {}
 
     def write(self, report: Report) -> None:
         """Do nothing."""
@@ -596,6 +599,18 @@ def _gradebook(
 
     with Entering(url, submitted, out, roster, unanswered_is_zero) as entering:
         yield entering
+
+
+def _print_rewritten(book: "Entering | NoBook") -> None:
+    for name, students in book.rewritten.items():
+        print(
+            printable(
+                one_line(
+                    f"Answers of {name} that were marked by hand have changed, and wait for a mark again: "
+                    f"{', '.join(students)}."
+                )
+            )
+        )
 
 
 def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | None]:

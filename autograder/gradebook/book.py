@@ -9,7 +9,7 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import database, late
+from autograder.gradebook import database, late, written
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
@@ -52,13 +52,15 @@ class Scores:
     Given the folder of the submissions, it also writes the times of handing in, and the late penalties of the course
     that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook.  For a
     submission without a notebook they count 0 if `unanswered_is_zero`; otherwise they wait for a mark, too, and the
-    student is listed in `unanswered`.  A mark that was given counts, with a notebook or without.
+    student is listed in `unanswered`.  A mark that was given counts, with a notebook or without; if the text of the
+    answer is another one than was marked, it waits for a mark again, and the student is listed in `rewritten`.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
         database.read_version_in_process()
         self._url, self._submitted, self._zero = url, submitted, unanswered_is_zero
         self.unanswered: dict[str, list[str]] = {}  # students, by exercise
+        self.rewritten: dict[str, list[str]] = {}
         self._config = late.course_config(submitted) if submitted else None
         self._book = Gradebook(url)
         self._known: set[str] = set()
@@ -81,8 +83,11 @@ class Scores:
             }
             self._book.update_or_create_student(student, **{name: value for name, value in known.items() if value})
 
-    def write(self, report: Report) -> None:
-        """Write a report's points; a report of an infrastructure error has none, and changes nothing."""
+    def write(self, report: Report, handed_in: Path | None = None) -> None:
+        """Write a report's points; a report of an infrastructure error has none, and changes nothing.
+
+        The submission is in `handed_in`; by default, it is where the folder of all submissions has it.
+        """
         if report.status == INFRASTRUCTURE_ERROR:
             return
         name, student = report.assignment, report.student
@@ -102,7 +107,10 @@ class Scores:
             grade.auto_score = points
             grade.needs_manual_grade = grade.manual_score is not None  # points changed by hand need another look
         if self._submitted:
-            self._questions(notebook, reading.has_notebook(self._submitted / student / name, name))
+            handed_in = self._submitted / student / name
+            self._questions(notebook, reading.has_notebook(handed_in, name))
+        if handed_in:
+            self._rewritten(notebook, handed_in)
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
@@ -116,6 +124,15 @@ class Scores:
             grade.needs_manual_grade = grade.auto_score is None
         if questions and not handed_in and not self._zero:
             self.unanswered.setdefault(notebook.assignment.name, []).append(notebook.student.id)
+
+    def _rewritten(self, notebook: SubmittedNotebook, handed_in: Path) -> None:
+        """Flag the questions with another text than the one that was marked."""
+        name = notebook.assignment.name
+        texts = written.answers(handed_in, name)
+        tested = load(name).cells.keys()
+        questions = [grade for grade in notebook.grades if grade.name not in tested]
+        if texts is not None and written.note(self._book, questions, texts):
+            self.rewritten.setdefault(name, []).append(notebook.student.id)
 
     def _add_assignment(self, name: str) -> None:
         self._book.update_or_create_assignment(name)
@@ -149,13 +166,15 @@ def by_hand(url: str, assignment: str, student: str) -> list[Mark]:
         marks = {}
         for grade in notebook.grades:
             changed = grade.manual_score is not None or bool(grade.extra_credit)
+            waiting = bool(grade.needs_manual_grade) and not (changed and grade.name in tested)
+            rewritten = waiting and changed  # mark and comment are about another text
             if grade.name not in tested or changed:
                 marks[grade.name] = Mark(
                     grade.name,
-                    grade.score,
+                    None if rewritten else grade.score,
                     grade.max_score,
-                    comments.get(grade.name, ""),
-                    waiting=not changed and bool(grade.needs_manual_grade),
+                    "" if rewritten else comments.get(grade.name, ""),
+                    waiting,
                 )
         penalty = notebook.late_submission_penalty
     rest = [Mark(name, None, 0.0, comment) for name, comment in comments.items() if name not in marks]

@@ -44,6 +44,11 @@ class Entering:
         """Return, by exercise, the students whose questions wait for a mark although there is no notebook."""
         return self._scores.unanswered
 
+    @property
+    def rewritten(self) -> dict[str, list[str]]:
+        """Return, by exercise, the students whose answers have changed since they were marked."""
+        return self._scores.rewritten
+
     def write(self, report: Report) -> None:
         """Enter a report; a report of an infrastructure error changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:

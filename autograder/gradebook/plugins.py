@@ -101,7 +101,7 @@ class GradeInSandbox(NbGraderPreprocessor):
         if report.status == INFRASTRUCTURE_ERROR:
             raise InfrastructureError(f"{student}/{assignment} was not graded, and no score was written")
         with Scores(names["db_url"]) as scores:
-            scores.write(report)
+            scores.write(report, _folder(converter, "submitted") / student / assignment)
         nb.metadata["autograder"] = report.public()
         show_results(nb, report)
         _remove_unwanted(

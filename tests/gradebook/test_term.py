@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from autograder.cli import app, main
 from autograder.gradebook import ends, members, release
+from autograder.gradebook.book import by_hand
 from autograder.gradebook.entering import Entering
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import Basis, Output
@@ -229,6 +230,46 @@ def test_a_class_graded_by_autograder_is_marked_by_hand_at_once(course):
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
         assert (marked.manual_score, bool(marked.needs_manual_grade)) == (4, False)
+
+
+def answered(course: Path, student: str, text: str) -> None:
+    """Write the answer to the question into the student's notebook."""
+    path = course / "submitted" / student / "calculator" / "calculator.ipynb"
+    notebook = json.loads(path.read_text())
+    for cell in notebook["cells"]:
+        if cell["metadata"].get("nbgrader", {}).get("grade_id") == QUESTION:
+            cell["source"] = text
+    path.write_text(json.dumps(notebook))
+
+
+def test_an_answer_that_is_another_than_the_marked_one_waits_for_a_mark_again(course):
+    answered(course, "ada", "")
+    grade(course)
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
+        marked.manual_score, marked.needs_manual_grade = 1, False
+        book.find_comment(QUESTION, "calculator", "calculator", "ada").manual_comment = "Nothing there."
+        book.db.commit()
+    said = "Answers of calculator that were marked by hand have changed, and wait for a mark again: ada."
+    assert said not in grade(course).splitlines()
+    answered(course, "ada", " \n")  # no other text
+    assert said not in grade(course).splitlines()
+    assert exported(course)[0]["ada"]["raw_score"] == f"{MOST + 1:g}"
+
+    answered(course, "ada", "Because the client compiled the old definition.")
+    assert said in grade(course).splitlines()
+    line, printed = exported(course)[0]["ada"], exported(course)[1]
+    assert (line["state"], line["score"]) == ("waiting for marks", "")
+    assert f"calculator: waiting for a mark of {QUESTION}: ada" in printed
+    (mark,) = by_hand(f"sqlite:///{course / 'gradebook.db'}", "calculator", "ada")
+    assert (mark.cell, mark.waiting, mark.points, mark.comment) == (QUESTION, True, None, "")
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        marked = book.find_grade(QUESTION, "calculator", "calculator", "ada")
+        assert (marked.manual_score, bool(marked.needs_manual_grade)) == (1, True)
+        marked.manual_score, marked.needs_manual_grade = 4, False
+        book.db.commit()
+    assert said not in grade(course).splitlines()
+    assert exported(course)[0]["ada"]["raw_score"] == f"{MOST + 4:g}"
 
 
 def test_feedback_is_released_to_all_who_handed_in_through_the_exchange(course, tmp_path):
