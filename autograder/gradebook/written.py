@@ -1,7 +1,7 @@
 """Notices when a student hands in another text than the one that was marked by hand.
 
-nbgrader keeps a mark whatever is handed in afterwards.  A table of its own in the gradebook has a digest of each written
-answer, as it was when the submission was graded last.
+nbgrader keeps a mark whatever is handed in afterwards.  So the gradebook gets a further table, with a digest of each
+written answer as it was when the submission was graded last.
 """
 
 import hashlib
@@ -14,9 +14,7 @@ from sqlalchemy import Column, MetaData, String, Table, select
 from autograder.submissions import reading
 from course.errors import UnreadableNotebook
 
-TABLE = Table(
-    "written_answer", MetaData(), Column("grade", String(32), primary_key=True), Column("digest", String(64))
-)
+TABLE = Table("written_answer", MetaData(), Column("grade", String(32), primary_key=True), Column("digest", String(64)))
 
 
 def answers(submission: Path, assignment: str) -> dict[str, str] | None:
