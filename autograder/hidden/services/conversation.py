@@ -45,6 +45,8 @@ PAUSE = 0.05  # s between two calls, until the relay has found /add_two_ints
 OVERLAP = 0.25  # s after a request until the next one is sent, which may meet it under way
 EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
+UNASKED = 3  # waits for a request in a row that were in vain, after which the relay is known not to ask
+SENT_BY_SUCH = 0.5  # s until the request of such a relay has arrived, if it does ask after all
 
 
 Table = dict[tuple[str, str, bool], tuple[Any, str]]  # the response to each command in each state, and the state then
@@ -394,6 +396,7 @@ class Relay(Server):
         self._has_succeeded = False
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
+        self._unasked = 0  # waits for a request in a row that were in vain
 
     @property
     def has_been_silent(self) -> bool:
@@ -642,7 +645,8 @@ class Relay(Server):
 
     def _held(self, number: int) -> bool:
         """Whether so many requests are held, soon; raises Crashed."""
-        return self._soon(lambda: len(self.adder.held) >= number)
+        known = number == 1 and self._unasked >= UNASKED
+        return self.wait_for(lambda: len(self.adder.held) >= number, SENT_BY_SUCH if known else SENT)
 
     def one_answered(self, futures: Sequence[Any]) -> bool:
         """Whether one of the futures gets a response, soon; raises Crashed."""
@@ -681,13 +685,16 @@ class Relay(Server):
         self.relay()  # whatever was set before is in effect now
         before = len(self.adder.requests)
         self.relay()
-        if not wait_until(lambda: len(self.adder.requests) > before, self.bench.clock.allow(SENT)):
+        if not self.has_asked(before + 1):
             raise Wrong("The relay must call /add_two_ints each time that /relay is called; it did not.")
         return self.adder.requests[-1]
 
-    def has_been_asked(self, times: int, limit: float) -> bool:
-        """Whether /add_two_ints has got so many requests, within `limit` s."""
-        return wait_until(lambda: len(self.adder.requests) >= times, limit)
+    def has_asked(self, times: int) -> bool:
+        """Whether it has sent so many requests to /add_two_ints, soon."""
+        limit = SENT if self._unasked < UNASKED else SENT_BY_SUCH
+        asked = wait_until(lambda: len(self.adder.requests) >= times, self.allow(limit))
+        self._unasked = 0 if asked else self._unasked + 1
+        return asked
 
     def asked_by_a_start(self, numbers: dict[str, int] | None = None) -> tuple[int, int]:
         """The same; if it only calls /add_two_ints at its first call, those of a new start, with these parameters set.
