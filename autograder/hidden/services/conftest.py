@@ -2,7 +2,7 @@
 
 import pytest
 
-from autograder.hidden.services.conversation import Motors, Relay
+from autograder.hidden.services.conversation import Asking, Motors, Relay
 from autograder.suitekit import Bench
 from autograder.suitekit.fixtures import used
 
@@ -26,15 +26,21 @@ def halted(bench: Bench, motors: Motors) -> Motors:
 
 
 @pytest.fixture(scope="session")
-def relay(bench: Bench) -> Relay:
-    """The student's relay, running where the grader serves /add_two_ints."""
-    return Relay(bench, bench.random("relay"), served=True)
+def asking() -> Asking:
+    """What is known of the student's relay, wherever it runs."""
+    return Asking()
 
 
 @pytest.fixture(scope="session")
-def lonely(bench: Bench) -> Relay:
+def relay(bench: Bench, asking: Asking) -> Relay:
+    """The student's relay, running where the grader serves /add_two_ints."""
+    return Relay(bench, bench.random("relay"), True, asking)
+
+
+@pytest.fixture(scope="session")
+def lonely(bench: Bench, asking: Asking) -> Relay:
     """The student's relay, running where nobody serves /add_two_ints."""
-    return Relay(bench, bench.random("lonely"), served=False)
+    return Relay(bench, bench.random("lonely"), False, asking)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -45,7 +45,7 @@ PAUSE = 0.05  # s between two calls, until the relay has found /add_two_ints
 OVERLAP = 0.25  # s after a request until the next one is sent, which may meet it under way
 EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
-UNASKED = 3  # waits for a request in a row that were in vain, after which the relay is known not to ask
+UNASKED = 3  # waits for a request that were in vain, in a row, after which the relay is known not to ask
 SENT_BY_SUCH = 0.5  # s until the request of such a relay has arrived, if it does ask after all
 
 
@@ -233,8 +233,10 @@ class Motors(Server):
         self._left = None
         with suppress(Fault):
             self.learn()
+            if not self.can_enable:
+                return
             self.renew()
-            if self.can_enable and self.current() == DISABLED:
+            if self.current() == DISABLED:
                 for command in commands:  # the last word: a look at the status might change the state
                     self.command(*command)
                 self._left = self.starts, time.monotonic()
@@ -375,13 +377,27 @@ class Adder:
         return response
 
 
+class Asking:
+    """Whether a relay asks /add_two_ints, as all starts of the program have shown: it is not waited for in vain again.
+
+    A relay that has let UNASKED requests in a row be waited for in vain has had time for each.
+    """
+
+    def __init__(self) -> None:
+        self.in_vain = 0  # waits in a row
+
+    def within(self, seconds: float) -> float:
+        """How long (s) to wait for a request, or what depends on one, where `seconds` is how long it may take."""
+        return seconds if self.in_vain < UNASKED else min(seconds, SENT_BY_SUCH)
+
+
 class Relay(Server):
     """The student's relay.py, started with two numbers; /add_two_ints is there to be called, or not."""
 
     advice = "a callback that waits for an answer must not keep the answer from being taken in"
 
-    def __init__(self, bench: Bench, rng: random.Random, served: bool):
-        self.rng, self.served = rng, served
+    def __init__(self, bench: Bench, rng: random.Random, served: bool, asking: Asking):
+        self.rng, self.served, self._asking = rng, served, asking
         if not served:
             self.advice = f"when {ADD} is not available, the answer must come within 5 s"
         self.numbers = a, b = draw(rng)
@@ -396,7 +412,6 @@ class Relay(Server):
         self._has_succeeded = False
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
-        self._unasked = 0  # waits for a request in a row that were in vain
 
     @property
     def has_been_silent(self) -> bool:
@@ -467,7 +482,7 @@ class Relay(Server):
             responses.append(self._relay())
             return responses[-1].success
 
-        wait_until(succeeds, self.allow(SETTLED))
+        wait_until(succeeds, self.allow(self._asking.within(SETTLED)))
         return responses[-1]
 
     def after_offer(self, limit: float, requests: int = 1) -> Any:
@@ -476,7 +491,7 @@ class Relay(Server):
         With 0 `requests` success True is enough.  None when a call has no answer within `limit` s.  The program is not
         started again.
         """
-        end = time.monotonic() + self.allow(SETTLED)
+        end = time.monotonic() + self.allow(self._asking.within(SETTLED))
         while (response := self.answers_again(limit)) is not None and time.monotonic() < end:
             if response.success and len(self.adder.requests) >= requests:
                 break
@@ -645,8 +660,8 @@ class Relay(Server):
 
     def _held(self, number: int) -> bool:
         """Whether so many requests are held, soon; raises Crashed."""
-        known = number == 1 and self._unasked >= UNASKED
-        return self.wait_for(lambda: len(self.adder.held) >= number, SENT_BY_SUCH if known else SENT)
+        limit = self._asking.within(SENT) if number == 1 else SENT
+        return self.wait_for(lambda: len(self.adder.held) >= number, limit)
 
     def one_answered(self, futures: Sequence[Any]) -> bool:
         """Whether one of the futures gets a response, soon; raises Crashed."""
@@ -691,9 +706,8 @@ class Relay(Server):
 
     def has_asked(self, times: int) -> bool:
         """Whether it has sent so many requests to /add_two_ints, soon."""
-        limit = SENT if self._unasked < UNASKED else SENT_BY_SUCH
-        asked = wait_until(lambda: len(self.adder.requests) >= times, self.allow(limit))
-        self._unasked = 0 if asked else self._unasked + 1
+        asked = wait_until(lambda: len(self.adder.requests) >= times, self.allow(self._asking.within(SENT)))
+        self._asking.in_vain = 0 if asked else self._asking.in_vain + 1
         return asked
 
     def asked_by_a_start(self, numbers: dict[str, int] | None = None) -> tuple[int, int]:
