@@ -32,12 +32,14 @@ class Scan(Protocol):
 def wrap(angles: ArrayLike) -> NDArray[np.float64]:
     """Return the angles (rad, of any shape) wrapped to (-pi, pi]."""
     angles = np.asarray(angles, dtype=float)
-    return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
+    with np.errstate(invalid="ignore"):  # an infinite angle becomes NaN
+        return angles - 2.0 * np.pi * np.ceil((angles - np.pi) / (2.0 * np.pi))
 
 
 def beam_angles(count: int, angle_min: float, angle_increment: float) -> NDArray[np.float64]:
-    """The angle of each beam (rad, shape (count,)), in (-pi, pi]."""
-    return wrap(angle_min + angle_increment * np.arange(count))
+    """The angle of each beam (rad, shape (count,)), in (-pi, pi]; NaN where the scan does not give a finite one."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        return wrap(angle_min + angle_increment * np.arange(count))
 
 
 def members(count: int, angle_min: float, angle_increment: float) -> dict[str, NDArray[np.bool_]]:

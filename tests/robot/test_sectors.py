@@ -1,6 +1,7 @@
 """Sectors are found by angle, for any scanner, and bad measurements never count as obstacles or as free way."""
 
 import math
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -88,6 +89,14 @@ def test_values_outside_the_limits_are_discarded_and_the_limits_are_not():
 @pytest.mark.parametrize("ranges", [[], [math.nan] * 360, [INF] * 360, [20.0] * 360])
 def test_a_sector_with_nothing_usable_is_free(ranges):
     assert measure(ranges) == {"front": INF, "left": INF, "right": INF}
+
+
+@pytest.mark.parametrize("increment", [INF, -INF, math.nan, 1e308])
+def test_a_beam_without_a_finite_angle_belongs_to_no_sector_and_nothing_warns_of_it(increment):
+    """A scan of any program on the network is looked at while a student's cell runs, which would show the warning."""
+    with warnings.catch_warnings(action="error"):
+        inside = members(360, -math.pi, increment)
+    assert not any(beams[2:].any() for beams in inside.values())
 
 
 def test_wrapped_angles_are_above_minus_pi_and_up_to_pi():
