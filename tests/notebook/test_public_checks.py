@@ -141,6 +141,18 @@ except (KeyboardInterrupt, ExternalShutdownException):
     pass
 """
 
+LEARNS_LATER = (
+    TWO_NODES.replace(b"if not self.client.service_is_ready()", b"if not self.is_there")
+    .replace(
+        b"        self.create_service(",
+        b"        self.look()\n        asker.create_timer(0.4, self.look)\n        self.create_service(",
+    )
+    .replace(
+        b"    def relay(",
+        b"    def look(self):\n        self.is_there = self.client.service_is_ready()\n\n    def relay(",
+    )
+)
+
 
 def wrong(exercise: str) -> list[str]:
     """The wrong answers that the public checks must not pass."""
@@ -201,6 +213,12 @@ def test_the_parameters_of_a_relay_may_belong_to_the_second_of_two_nodes(empty):
     """The check finds the node that serves /relay, and nothing is said of the first one's parameters."""
     assert Page("services").judge({"relay.py": TWO_NODES}, "relay") == {"relay": cells.PASSED}
     assert not [notice for notice in live.live().watch.notices() if "does not declare" in notice]
+
+
+def test_a_relay_that_learns_after_a_call_that_the_server_has_gone_is_called_again(empty):
+    """The call that it sent to nobody waits for as long as it likes: what becomes of it is up to the student."""
+    assert LEARNS_LATER.count(b"look") == 3 and b"self.is_there:" in LEARNS_LATER
+    assert Page("services").judge({"relay.py": LEARNS_LATER}, "relay") == {"relay": cells.PASSED}
 
 
 @pytest.mark.parametrize("exercise", answers.names())
