@@ -138,12 +138,19 @@ def meant(file: str, maker: str, name: str) -> None:
 
 
 def node_of(service: str) -> str:
-    """Return the full name of the node that serves `service`; raises LiveError if none does."""
-    presence = Presence(live().node)
-    found = next((name for name in presence.names() if service in presence.services(name)), "")
-    if not found:
+    """Return the full name of the node that serves `service`; raises LiveError if none does within 5 s.
+
+    Which node has an endpoint is published by its program apart from the endpoint: it may be known later.
+    """
+    presence, found = Presence(live().node), []
+
+    def is_known() -> bool:
+        found[:] = [name for name in presence.names() if service in presence.services(name)]
+        return bool(found)
+
+    if not live().until(is_known):
         raise LiveError(f"no node serves {service}")
-    return found
+    return found[0]
 
 
 def busy(process: Handle, service: str = "") -> str:
