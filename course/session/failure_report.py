@@ -132,7 +132,7 @@ def of_program(
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
-        why = f"`{guard[0]}` is never true, so main() does not run: write `if __name__ == '__main__':`."
+        why = f"`{guard[0]}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
         return FailureReport(path.name, ending, "", frames, why)
     if exited and status == 0:
         return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))

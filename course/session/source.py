@@ -526,10 +526,10 @@ def doubts(place: str, source: str) -> list[str]:
 
 
 def wrong_guard(source: str) -> tuple[str, int] | None:
-    """Return a comparison of `__name__` with something other than `'__main__'`, as written, and its line."""
+    """Return a comparison of `__name__` that is false when the file is run, as written, and its line."""
     for node in ast.walk(parse(source)):
         if isinstance(node, ast.Compare) and name_of(node.left) == "__name__":
             value = node.comparators[0]
-            if isinstance(value, ast.Constant) and value.value != "__main__":
+            if isinstance(value, ast.Constant) and (value.value == "__main__") == isinstance(node.ops[0], ast.NotEq):
                 return ast.unparse(node), node.lineno
     return None

@@ -192,12 +192,12 @@ def test_a_cancel_callback_that_returns_no_response(body, wrong):
     assert wrong_cancel(source.replace("def take(", "def allow(").format(body=body)) == wrong
 
 
-@pytest.mark.parametrize("guard", ["'main'", "'__main_'", '"_main_"'])
-def test_a_guard_that_is_never_true(tmp_path, guard):
+@pytest.mark.parametrize("guard", ["== 'main'", "== '__main_'", '== "_main_"', "!= '__main__'"])
+def test_a_guard_that_is_false_when_the_file_is_run(tmp_path, guard):
     file = tmp_path / "server.py"
-    file.write_text(f"def main():\n    pass\n\n\nif __name__ == {guard}:\n    main()\n")
+    file.write_text(f"def main():\n    pass\n\n\nif __name__ {guard}:\n    main()\n")
     told = str(of_program(file, "", 0, before_its_node=True))
-    assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ == {guard}:\n")
+    assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ {guard}:\n")
     assert told.endswith("so main() does not run: write `if __name__ == '__main__':`.")
     assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
 
