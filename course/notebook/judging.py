@@ -24,7 +24,8 @@ from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
-from course.session.failure_report import frame_at, of_program, text_at
+from course.session.failure_report import GUARDED, NEVER_CALLED, frame_at, of_program, text_at
+from course.session.hints import never_called
 from course.session.hints import type_name as field_type
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
@@ -40,6 +41,7 @@ from course.session.source import (
     name_of,
     one_at_a_time,
     timer_in_a_callback,
+    wrong_guard,
 )
 from course.session.source import parse as parse_program
 from course.session.watch import Handle
@@ -142,7 +144,8 @@ def node_of(service: str) -> str:
 
     Which node has an endpoint is published by its program apart from the endpoint: it may be known later.
     """
-    presence, found = Presence(live().node), []
+    presence = Presence(live().node)
+    found: list[str] = []
 
     def is_known() -> bool:
         found[:] = [name for name in presence.names() if service in presence.services(name)]
@@ -184,9 +187,14 @@ def within(timeout: float, condition: Callable[[], object], process: Handle, ser
     return not hopeless and session.until(condition, timeout - BLOCKED)
 
 
-def unspun(file: str) -> str:
-    """Return a line that says why a client cannot get an answer; '' if its text spins or sends nothing."""
-    tree = parse_program(text_at(Path(file)))
+def why_silent(file: str) -> str:
+    """Return lines that say why a client prints no answer: main() does not run, or nothing spins; '' if both do."""
+    source = text_at(Path(file))
+    if guard := wrong_guard(source):
+        return f"\n{frame_at(file, guard[1], source)}\n{GUARDED.format(guard[0])}"
+    if never_called(source):
+        return f"\n{file}: {NEVER_CALLED}"
+    tree = parse_program(source)
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)
     if spins or sent is None:

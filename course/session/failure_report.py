@@ -53,6 +53,8 @@ NODE_ENDED = (
     "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
     "this line out."
 )
+GUARDED = "`{}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
+NEVER_CALLED = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
 MANY = 20  # calls of the reader's own functions: more are a recursion
 MESSAGE_LINES = 6  # lines of an exception's message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
@@ -132,12 +134,12 @@ def of_program(
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
-        why = f"`{guard[0]}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
+        why = GUARDED.format(guard[0])
         return FailureReport(path.name, ending, "", frames, why)
     if exited and status == 0:
         return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))
     if never_called(source):
-        why = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
+        why = NEVER_CALLED
     elif status == 0 and never_spins(source):
         why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:

@@ -525,11 +525,19 @@ def doubts(place: str, source: str) -> list[str]:
     return found
 
 
+OF_GUARDS = (ast.Name, ast.Constant, ast.Compare, ast.Eq, ast.NotEq, ast.UnaryOp, ast.Not)
+
+
 def wrong_guard(source: str) -> tuple[str, int] | None:
-    """Return a comparison of `__name__` that is false when the file is run, as written, and its line."""
-    for node in ast.walk(parse(source)):
-        if isinstance(node, ast.Compare) and name_of(node.left) == "__name__":
-            value = node.comparators[0]
-            if isinstance(value, ast.Constant) and (value.value == "__main__") == isinstance(node.ops[0], ast.NotEq):
-                return ast.unparse(node), node.lineno
+    """Return the condition that keeps main() from running when the file is run, as written, and its line."""
+    for node in parse(source).body:
+        if isinstance(node, ast.If) and list(calls(node, "main")) and _is_false_when_run(node.test):
+            return ast.unparse(node.test), node.lineno
     return None
+
+
+def _is_false_when_run(test: ast.expr) -> bool:
+    nodes = [node for node in ast.walk(test) if not isinstance(node, ast.expr_context)]
+    if not all(isinstance(node, OF_GUARDS) and getattr(node, "id", "__name__") == "__name__" for node in nodes):
+        return False
+    return not eval(compile(ast.Expression(test), "", "eval"), {"__name__": "__main__", "__builtins__": {}})

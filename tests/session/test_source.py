@@ -199,7 +199,22 @@ def test_a_guard_that_is_false_when_the_file_is_run(tmp_path, guard):
     told = str(of_program(file, "", 0, before_its_node=True))
     assert told.startswith(f"server.py ended with exit status 0.\n  server.py, line 5\n    if __name__ {guard}:\n")
     assert told.endswith("so main() does not run: write `if __name__ == '__main__':`.")
-    assert wrong_guard("if __name__ == '__main__':\n    main()\n") is None
+
+
+@pytest.mark.parametrize(
+    "condition, is_false",
+    [
+        ("False", True),
+        ("not __name__ == '__main__'", True),
+        ("'__main__' == __name__", False),
+        ("__name__ == '__main__' and ready()", False),
+        ("DEBUG", False),
+    ],
+)
+def test_what_keeps_main_from_running_is_known_only_of_conditions_that_have_one_value(condition, is_false):
+    found = wrong_guard(f"def main():\n    pass\n\n\nif {condition}:\n    main()\n")
+    assert found == ((condition, 5) if is_false else None)
+    assert wrong_guard(f"if {condition}:\n    debug()\n") is None
 
 
 def test_what_a_cell_sets_in_vain_is_told(session):
