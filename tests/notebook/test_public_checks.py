@@ -78,7 +78,7 @@ MORE = {
     "calculator": {
         "one argument alone ends in a traceback": (
             ("calculator_client.py", "except ValueError:", "except ZeroDivisionError:"),
-        ),
+        )
     },
     "services": {
         "relay waits 4 s for a server, which holds up the next caller": (
