@@ -88,6 +88,16 @@ class Program:
             or bool(re.search(r"^(Syntax|Indentation|Tab)Error: ", self.output, re.MULTILINE))
         )
 
+    @property
+    def raised_by_itself(self) -> bool:
+        """Return True if its exception was raised by its own code, and not beneath a call of a library, as `spin`."""
+        own = f"/{self.name}"
+        files = re.findall(
+            r'^  File "(.+)", line \d+, in ', self.output.rpartition("Traceback (most recent")[2], re.MULTILINE
+        )
+        first = next((number for number, file in enumerate(files) if file.endswith(own)), len(files))
+        return self.raised and bool(files[first:]) and all(file.endswith(own) for file in files[first:])
+
     def last_words(self) -> str:
         """Return why it ended, in a line for the student: the exception and where in their file, or the signal."""
         if self.stopped:

@@ -17,6 +17,10 @@ KNOWN = [
         r"'\w+' object has no attribute '_(?:Node__\w+|default_callback_group|parameters|context|logger)'",
         "call super().__init__ first in __init__: until then there is no node",
     ),
+    (
+        r"^TypeError(?: \(|$)",  # rclpy's exception about what is sent as the response
+        "a callback returned nothing, or something else than the response: end it with return response",
+    ),
 ]
 
 

@@ -68,6 +68,10 @@ class Running(Protocol):
     def raised(self) -> bool:
         """Return True if it died of a Python exception, which it has printed."""
 
+    @property
+    def raised_by_itself(self) -> bool:
+        """Return True if its exception was raised by its own code, outside of any callback."""
+
     def wait(self, timeout: float) -> bool:
         """Wait until it has ended; False when it still runs after `timeout` s."""
 
@@ -104,6 +108,11 @@ class Lifecycle(ABC):
         self._answered = False  # True once it has answered any question
         self._silences = 0
         self._lives = SPARE_LIVES
+
+    @property
+    def has_answered(self) -> bool:
+        """Return True if any of its starts has answered a question."""
+        return self._answered
 
     @abstractmethod
     def launch(self) -> Running:
@@ -256,9 +265,8 @@ class Lifecycle(ABC):
         if program.exit_status == 0 and not program.stopped:
             fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
         else:
-            words = last_words(program)
-            hint = f": {self.advice}" if words.startswith("TypeError (") else ""  # rclpy's exception has no message
-            fault = Crashed(f"{self.file} died while it answered {what}: {words}{hint}.")
+            when = "ended before" if program.raised_by_itself else "died while"
+            fault = Crashed(f"{self.file} {when} it answered {what}: {last_words(program)}.")
         return fault, not (program.raised or program.stopped)
 
     def _too_many_ends(self) -> Fault:

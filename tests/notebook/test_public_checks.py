@@ -44,7 +44,13 @@ OF_THE_SECTION = {
         "crash on division by zero",
         "unknown operations raise",
     },
-    "parameters": {"integral never starts again", "no ranges", "no rule for the limits", "not clamped"},
+    "parameters": {
+        "integral never starts again",
+        "no ranges",
+        "no rule for the limits",
+        "not clamped",
+        "refuses by returning nothing",
+    },
     "services": {
         "enable toggles",
         "relay reads b once",

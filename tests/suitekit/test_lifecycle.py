@@ -46,6 +46,10 @@ class Program:
     def raised(self):
         return not self.alive and not self.killed and self._raises
 
+    @property
+    def raised_by_itself(self):
+        return self.raised and "spin()" in self.talk
+
     def wait(self, timeout):
         return not self.alive
 
@@ -291,17 +295,30 @@ def test_who_was_stopped_is_not_asked_again():
     assert life.starts == 1
 
 
-def test_an_error_without_words_gets_advice():
-    life = Fake(serves(answers=[1]))
+@pytest.mark.parametrize(
+    "words, told",
+    [
+        (
+            "TypeError (sum.py, line 3)",
+            r"died while it answered a request to /sum: TypeError \(sum.py, line 3\) \(a callback returned nothing.*$",
+        ),
+        (
+            "TypeError: spin() missing 1 required positional argument: 'node' (sum.py, line 9)",
+            r"ended before it answered a request to /sum: TypeError: spin\(\) missing .* \(sum.py, line 9\)\.$",
+        ),
+    ],
+)
+def test_an_end_by_an_exception_has_its_cause(words, told):
+    life = Fake(serves(answers=[1], raised=True))
     launch = life.launch
 
-    def without_words():
+    def saying():
         program = launch()
-        program.talk = "TypeError (sum.py, line 3)"
+        program.talk = words
         return program
 
-    life.launch = without_words
-    with pytest.raises(Crashed, match="TypeError \\(sum.py, line 3\\): no callback may wait for long.$"):
+    life.launch = saying
+    with pytest.raises(Crashed, match=told):
         life.ask()
 
 

@@ -41,6 +41,7 @@ WIDE = {"output_min": -1e3, "output_max": 1e3}  # limits that clamp nothing
 HUGE = 1e7  # an error whose effort is outside all limits
 JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
 FILLING = 0.2  # s in which an integral grows
+NO_RESULT = "Callback returned an invalid type"  # rclpy's reason, where a callback returned no SetParametersResult
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
@@ -149,8 +150,8 @@ class PidNode(TopicProgram):
             raise Wrong(f"{about} must be refused. It was accepted.", got)
         if after != before:
             raise Wrong(f"{about} was refused, and yet {changes(before, after)} changed.", got)
-        if reason and not all(result.reason.strip() for result in results):
-            raise Wrong(f"{about} was refused without a reason: the reason must say why.", got)
+        for result in results if reason else ():
+            expect_reason(about, result)
 
     def expect_set(self, about: str, **values: float) -> None:
         """It must accept these, set together or one alone; `about` tells the student what they are."""
@@ -234,6 +235,18 @@ def why_no_controller(pid: PidNode, launched: PidNode) -> str:
     efforts = [node.send(STILL).effort / node.get().get("kp", math.nan) for node in (pid, launched)]
     pid.gains_by_launch = bool(efforts[0]) and near(efforts[0], efforts[1])
     return "" if pid.gains_by_launch else f"it was answered with {before[0]:.3g} and then with {before[1]:.3g}"
+
+
+def expect_reason(about: str, refused: SetParametersResult) -> None:
+    """A refusal must have a reason, and not only the one that rclpy gives when a callback returned no result."""
+    if not refused.reason.strip():
+        raise Wrong(f"{about} was refused without a reason: the reason must say why.", refused)
+    if refused.reason == NO_RESULT:
+        raise Wrong(
+            f"{about} was refused by rclpy ('{NO_RESULT}'), because a callback returned no SetParametersResult: its "
+            "reason must say why.",
+            refused,
+        )
 
 
 def refusal(result: SetParametersResult | None) -> str:

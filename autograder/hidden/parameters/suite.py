@@ -25,6 +25,7 @@ from autograder.hidden.parameters.conversation import (
     PidNode,
     between,
     changes,
+    expect_reason,
     meet_early,
     near,
     refusal,
@@ -613,8 +614,7 @@ def test_reasons(pid: PidNode, controls: None, rng: random.Random) -> None:
         if result.successful:
             continue  # judged by other tests
         refused += 1
-        if not result.reason.strip():
-            raise Wrong(f"{about} was refused without a reason: the reason must say why.", result)
+        expect_reason(about, result)
     if not refused:
         raise Wrong("Limits that are not in order must be refused with a reason: all were accepted.")
 

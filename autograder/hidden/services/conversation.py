@@ -64,7 +64,9 @@ class Motors(Server):
         self.can_stop = False  # and to be stopped
         self.status_answers = False  # whether asking for the state has got an answer
         self._left: tuple[int, float] | None = None  # the start that was left alone, and when (s of time.monotonic)
-        self._failed: set[tuple[str, bool, bool]] = set()  # the commands without a response, and whether stopped then
+        self._failed: dict[
+            tuple[str, bool, bool], Fault
+        ] = {}  # the commands without a response, and whether stopped then
         self._pressed = False  # whether the emergency stop was asked for last, and not its end
         self._last = ""  # the message of the last command's response
         self._tells: bool | None = None  # whether the status changes with the state, in whatever words; None: not known
@@ -97,11 +99,17 @@ class Motors(Server):
             return None
         try:
             return self.command(service, on)
-        except Fault:
+        except Fault as fault:
             if self.bench.clock.left <= 0:
                 raise  # the time for all tests is used up
-            self._failed.add(asked)
+            self._failed[asked] = fault
             return None
+
+    def admit(self, service: str, on: bool) -> None:
+        """Raise the fault that this command had, if any: it explains the state that the motors are in."""
+        for (name, data, _), fault in self._failed.items():
+            if (name, data) == (service, on):
+                raise fault
 
     def overlap(self, first: tuple[str, bool], second: tuple[str, bool]) -> bool:
         """Send two commands, from two clients, the second while the first may be under way.
@@ -267,9 +275,15 @@ class Motors(Server):
             raise Wrong(f"After {after} the motors must be {state}; {self.witness} says {quoted(message)}.")
 
     def expect_change(self) -> None:
-        """Some command must have an effect: only then it is judged what stays as it is."""
+        """Some command must have an effect: only then it is judged what stays as it is.
+
+        Raises the fault of a program that has never answered.
+        """
         self.learn()
         if not self.changes:
+            taught = self._like or self
+            if not taught.has_answered:
+                taught.admit(*COMMANDS[0])
             raise Wrong(
                 "This is judged with motors that do something: but after every command their state is said to be the "
                 f"same, {quoted(self.said())}."
@@ -423,13 +437,15 @@ class Relay(Server):
         """How often this start has been called."""
         return self.ros.sent(RELAY)
 
-    @property
-    def does_something(self) -> bool:
-        """Whether any of its starts has asked /add_two_ints, or answered with success True."""
+    def expect_asking(self) -> None:
+        """Some start must have asked /add_two_ints, or answered with success True; raises the fault of what it does."""
         if not self._has_succeeded and not any(adder.requests for adder in self._adders):
-            with suppress(Fault):
-                self.relay()
-        return self._has_succeeded or any(adder.requests for adder in self._adders)
+            self.relay()
+        if not self._has_succeeded and not any(adder.requests for adder in self._adders):
+            raise Wrong(
+                "This is judged with a relay that asks when it can: "
+                f"but where {ADD} is available, it was not called either."
+            )
 
     @property
     def adder(self) -> Adder:

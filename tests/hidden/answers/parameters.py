@@ -689,6 +689,10 @@ WRONG = {
         {"equal_limits"},
     ),
     "no reason": (node((REASON, "                successful=False)")), {"reasons"}),
+    "refuses by returning nothing": (
+        node(("            return SetParametersResult(\n" + REASON, "            return None")),
+        {"reasons"},
+    ),
     "no reason for NaN": (
         node(
             ("reason='output_min", "reason='' if any(map(math.isnan, limits.values())) else 'output_min"),
@@ -1538,6 +1542,7 @@ DETAIL = {
     "limits may be equal",
     "NaN is accepted",
     "no reason",
+    "refuses by returning nothing",
     "no reason for NaN",
     "ki as it was starts the integral again",
     "the node's clock",
