@@ -12,6 +12,7 @@ stateDiagram-v2
     SERVING --> SERVING: it answers, or offers more of what is wanted
     SERVING --> DOWN: it does not offer the rest in time, as above
     SERVING --> DOWN: it died while it was asked; asked once more, unless it raised or was stopped
+    DOWN --> DOWN: what made it raise the same exception every time, and was never answered, is not asked again
     SERVING --> DOWN: it was silent, and is killed; asked once more, unless it was silent often
     SERVING --> DOWN: it ended between two questions, which costs a spare life
     SERVING --> SERVING: it answered, but only on the second start: that costs a spare life too
@@ -25,6 +26,7 @@ A running program that offers something, but not what is wanted, stays as it is:
 """
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
 from enum import Enum, auto
 from functools import partial
@@ -105,14 +107,16 @@ class Lifecycle(ABC):
         self._offered: set[tuple[str, ...]] = set()  # what this start has offered of what was wanted
         self._missed: dict[tuple[str, ...], Fault] = {}  # what the program failed to offer twice
         self._given_up: Fault | None = None  # why it is HOPELESS
-        self._answered = False  # True once it has answered any question
+        self._answered: set[str] = set()  # the kinds of questions that it has answered, as the student is told them
+        self._deaths: Counter[tuple[str, str]] = Counter()  # by the kind of question, and the exception
+        self._fatal: dict[str, Fault] = {}  # the kinds of questions of which it dies every time
         self._silences = 0
         self._lives = SPARE_LIVES
 
     @property
-    def has_answered(self) -> bool:
+    def ever_answered(self) -> bool:
         """Return True if any of its starts has answered a question."""
-        return self._answered
+        return bool(self._answered)
 
     @abstractmethod
     def launch(self) -> Running:
@@ -194,15 +198,18 @@ class Lifecycle(ABC):
     def converse(self, question: Question[Answer], what: str, *wanted: str) -> Answer:
         """Ask until `question(limit, alive)` returns an answer that is not None; raises Crashed or TimedOut.
 
-        `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.
+        `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.  What
+        has never been answered, and made the program raise the same exception PATIENCE times, is asked only once more.
         """
+        if what in self._fatal:
+            raise self._fatal[what]
         died = False
         for _ in range(2):
             self.up(*wanted)
             limit = self.allow(ANSWER if self._silences < PATIENCE else SHORT)
             answer = question(limit, partial(_is_alive, self.program))
             if answer is not None:
-                self._answered = True
+                self._answered.add(what)
                 if died:  # not because of this question, which it has now answered
                     self._lives -= 1
                 return answer
@@ -211,6 +218,11 @@ class Lifecycle(ABC):
             if not again:
                 break
         raise fault
+
+    def doubt(self, other: "Lifecycle") -> None:
+        """Be as patient as with a program that was silent, if `other`, the same one asked otherwise, never answers."""
+        if other.state is State.HOPELESS and not other.ever_answered:
+            self._silences = max(self._silences, PATIENCE)
 
     def _comes_up(self, wanted: tuple[str, ...], limit: float) -> bool:
         """Return True if the started program offers what is wanted within `limit` s, or soon after it shows a node."""
@@ -265,8 +277,11 @@ class Lifecycle(ABC):
         if program.exit_status == 0 and not program.stopped:
             fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
         else:
-            when = "ended before" if program.raised_by_itself else "died while"
-            fault = Crashed(f"{self.file} {when} it answered {what}: {last_words(program)}.")
+            when, words = "ended before" if program.raised_by_itself else "died while", last_words(program)
+            fault = Crashed(f"{self.file} {when} it answered {what}: {words}.")
+            self._deaths[what, words] += program.raised
+            if self._deaths[what, words] > PATIENCE and what not in self._answered:
+                self._fatal[what] = fault
         return fault, not (program.raised or program.stopped)
 
     def _too_many_ends(self) -> Fault:

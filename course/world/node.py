@@ -202,6 +202,7 @@ class World(Node):
         find_within: float = 10.0,
         answer_within: float = 1.0,
         wall_limit: float | None = None,
+        alive: Callable[[], bool] = lambda: True,
     ) -> Drive:
         """Drive for `seconds` s of simulated time in lockstep with the driver; return the outcome.
 
@@ -209,7 +210,8 @@ class World(Node):
         nobody publishes commands), and moves the robot by the newest one; after 0.5 s without one, the robot stops. The
         drive begins with the first tick that the driver answers, with the robot and the noise at their start. `on_step`
         is called after each tick, in the caller's thread.  After `wall_limit` s of real time the drive ends early.
-        When `drive` returns, the driver has finished the callbacks that the drive triggered.
+        When `drive` returns, the driver has finished the callbacks that the drive triggered.  A driver that is not
+        `alive()` any more is not waited for before the drive.
 
         Blocks; spins the node itself unless it already has an executor.  Raises WorldError if the node is not in fast
         mode, and NoDriver if no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found within
@@ -219,8 +221,8 @@ class World(Node):
             raise WorldError("the world runs in real time: start it with the parameter fast:=true to drive it")
         end = time.monotonic() + (math.inf if wall_limit is None else wall_limit)
         if find_within > 0.0:
-            self._find_driver(min(find_within, end - time.monotonic()))
-            self._meet(min(find_within, end - time.monotonic()), answer_within)
+            self._find_driver(min(find_within, end - time.monotonic()), alive)
+            self._meet(min(find_within, end - time.monotonic()), answer_within, alive)
         self._tell_watchers()
         result = Drive(self.simulation.room.name)
         ticks, pending = round(seconds * 1e9 / self._period), find_within > 0.0
@@ -249,11 +251,11 @@ class World(Node):
             with contextlib.suppress(Exception):  # an error of a watcher must not end a drive
                 tell(self)
 
-    def _find_driver(self, timeout: float) -> None:
+    def _find_driver(self, timeout: float, alive: Callable[[], bool]) -> None:
         def found() -> bool:
             return self._scan_pub.get_subscription_count() > 0 and self._is_driven()
 
-        found_one = self._wait(found, timeout)
+        found_one = self._wait(lambda: found() or not alive(), timeout) and alive()
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
             raise NoDriver(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
@@ -274,11 +276,11 @@ class World(Node):
             each in drivers or each in unknown or not each[1].startswith("_") for each in seers
         )
 
-    def _meet(self, timeout: float, answer_within: float) -> None:
+    def _meet(self, timeout: float, answer_within: float, alive: Callable[[], bool]) -> None:
         """Tick without moving the robot until the driver answers, and so is fully connected."""
         end = time.monotonic() + timeout
         self._met = False
-        while not self._met and time.monotonic() < end and self.context.ok():
+        while not self._met and time.monotonic() < end and self.context.ok() and alive():
             if self.simulation.time == 0.0:
                 self.simulation.reset()
             self._met = self._tick(min(answer_within, 5 * CLOCK_REPEAT))

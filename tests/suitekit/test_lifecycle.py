@@ -414,3 +414,34 @@ def test_a_hopeless_program_is_not_started_fresh():
 
 def test_the_drawing_has_every_state():
     assert all(state.name in lifecycle.__doc__ for state in State)
+
+
+def test_what_it_dies_of_every_time_is_asked_only_once_more():
+    life = Fake(serves(answers=[1], raised=True))
+    for _ in range(PATIENCE + 4):
+        with pytest.raises(Crashed, match="died while it answered a request to /sum: exit status 1.$"):
+            life.ask()
+    assert life.starts == PATIENCE + 1
+
+
+def test_what_it_has_answered_is_asked_again_however_often_it_died_of_it():
+    life = Fake(serves(answers=["yes", 1], raised=True), serves(answers=[1], raised=True))
+    assert life.ask() == "yes"
+    for _ in range(PATIENCE + 2):
+        with pytest.raises(Crashed):
+            life.ask()
+    assert life.starts == PATIENCE + 2
+
+
+def test_what_never_answers_is_waited_for_briefly_in_another_world():
+    silent, other = Fake(serves(answers=[None] * 9)), Fake(serves(answers=[None] * 9))
+    for _ in range(2):
+        with pytest.raises(TimedOut):
+            silent.ask()
+    other.doubt(silent)
+    with pytest.raises(TimedOut):
+        other.ask()
+    assert (silent.state, other.starts, other.limits) == (State.HOPELESS, 1, [SHORT])
+    fresh = Fake(serves())
+    fresh.doubt(silent)
+    assert fresh.ask() == "yes" and fresh.limits == [SHORT]

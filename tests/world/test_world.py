@@ -287,6 +287,24 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
             node.drive(0.1, find_within=0.2, answer_within=0.05)
 
 
+def test_a_driver_that_has_died_is_not_waited_for(context):
+    """It may die before it is found, or of the first scan; a test that waited would run into its time limit."""
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    node, looks = world(context, fast=True), iter([True] * 3)
+    with pytest.raises(TimeoutError, match="publishes cmd_vel"):
+        node.drive(0.1, find_within=1000.0, alive=lambda: next(looks, False))
+    mute = Node("mute", context=context)
+    mute.create_subscription(LaserScan, "scan", lambda scan: None, 10)
+    mute.create_publisher(Twist, "cmd_vel", 10)
+    looks = iter([True] * 100)  # until it is found, and has not answered
+    assert node.drive(0.1, find_within=1000.0, answer_within=0.05, alive=lambda: next(looks, False)).answered == 0
+    for each in (node, mute):
+        each.destroy_node()
+
+
 def test_who_only_looks_on_is_taken_for_no_driver(context):
     """The robot view's node and `ros2 topic echo`, both hidden, see the scan; what they do must change no drive."""
     from geometry_msgs.msg import Twist

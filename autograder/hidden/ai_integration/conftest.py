@@ -36,9 +36,9 @@ def eye(follower: Follower) -> Eye:
 
 
 @pytest.fixture(scope="session")
-def drivers(bench: Bench, renamed: Renamed) -> dict[str, Follower]:
+def drivers(bench: Bench, renamed: Renamed, follower: Follower) -> dict[str, Follower]:
     """The nodes that drive with their own agent, one for each kind of room."""
-    return {kind: Follower(bench, *SIMULATED, renamed=renamed) for kind in KINDS}
+    return {kind: Follower(bench, *SIMULATED, renamed=renamed, like=follower) for kind in KINDS}
 
 
 @pytest.fixture(scope="session")

@@ -218,10 +218,20 @@ class Follower(TopicProgram):
     }
 
     def __init__(
-        self, bench: Bench, *args: str, renamed: Renamed, program: str = "", files: dict[str, bytes] | None = None
+        self,
+        bench: Bench,
+        *args: str,
+        renamed: Renamed,
+        program: str = "",
+        files: dict[str, bytes] | None = None,
+        like: "Follower | None" = None,
     ):
-        """With a `program` of the grader's, and `files` for it, the node runs in that: see `programs`."""
+        """With a `program` of the grader's, and `files` for it, the node runs in that: see `programs`.
+
+        What never answers, though it is the same node, is `like` it, and waited for as briefly.
+        """
         super().__init__(bench, NODE, *args, renamed=renamed)
+        self._like = like
         self._program, self.files = program, stand_in(bench.files) | (files or {})
 
     def launch(self) -> Program:
@@ -485,6 +495,8 @@ class Follower(TopicProgram):
 
     def drive(self, room: Room, laser: Laser, seed: int, seconds: float) -> Simulation:
         """A drive through a room in simulated time, from a fresh start; `seed` is of the laser's noise."""
+        if self._like:
+            self.doubt(self._like)
         self.start_fresh()
 
         def go(limit: float, alive: Alive) -> Simulation | None:
@@ -495,12 +507,19 @@ class Follower(TopicProgram):
             watch = StandstillWatch(world, alive)
             try:
                 with contextlib.suppress(TimeoutError, StandstillError):
-                    world.drive(seconds, on_step=watch.look, answer_within=DECISION, wall_limit=self.allow(DRIVE))
+                    world.drive(
+                        seconds,
+                        on_step=watch.look,
+                        find_within=limit,
+                        answer_within=DECISION,
+                        wall_limit=self.allow(DRIVE),
+                        alive=alive,
+                    )
             finally:
                 world.destroy_node()
             return world.simulation if alive() and world.received else None
 
-        return self.ask(go, "a drive")
+        return self.ask(go, "the scans of a drive")
 
     def _show(self, scan: LaserScan, hertz: float, seconds: float) -> None:
         """Send the scan again and again, in real time."""

@@ -195,7 +195,7 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
         return commands if alive() else None
 
     with on_wrong(follower.renew):  # once more, from a start of its own: the time before the first scan is over
-        commands = follower.ask(wait, "the time before the first scan")
+        commands = follower.ask(wait, "what came before the first scan")
         must = "Before the first scan, a zero Twist must be published ten times a second"
         if len(commands) < FIRST_COMMANDS:
             raise Wrong(f"{must}: in {FIRST_TICKS * PERIOD:g} s, {len(commands) or 'nothing'} came.", commands)

@@ -282,7 +282,7 @@ class Motors(Server):
         self.learn()
         if not self.changes:
             taught = self._like or self
-            if not taught.has_answered:
+            if not taught.ever_answered:
                 taught.admit(*COMMANDS[0])
             raise Wrong(
                 "This is judged with motors that do something: but after every command their state is said to be the "
