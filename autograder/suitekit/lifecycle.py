@@ -12,7 +12,7 @@ stateDiagram-v2
     SERVING --> SERVING: it answers, or offers more of what is wanted
     SERVING --> DOWN: it does not offer the rest in time, as above
     SERVING --> DOWN: it died while it was asked; asked once more, unless it raised or was stopped
-    DOWN --> DOWN: what made it raise the same exception every time, and was never answered, is not asked again
+    DOWN --> DOWN: what it has never answered, but often with silence or the same exception, is not asked again
     SERVING --> DOWN: it was silent, and is killed; asked once more, unless it was silent often
     SERVING --> DOWN: it ended between two questions, which costs a spare life
     SERVING --> SERVING: it answered, but only on the second start: that costs a spare life too
@@ -109,7 +109,8 @@ class Lifecycle(ABC):
         self._given_up: Fault | None = None  # why it is HOPELESS
         self._answered: set[str] = set()  # the kinds of questions that it has answered, as the student is told them
         self._deaths: Counter[tuple[str, str]] = Counter()  # by the kind of question, and the exception
-        self._fatal: dict[str, Fault] = {}  # the kinds of questions of which it dies every time
+        self._silent: Counter[str] = Counter()  # by the kind of question
+        self._in_vain: dict[str, Fault] = {}  # the kinds of questions of which it dies, or that it never answers
         self._silences = 0
         self._lives = SPARE_LIVES
 
@@ -199,10 +200,10 @@ class Lifecycle(ABC):
         """Ask until `question(limit, alive)` returns an answer that is not None; raises Crashed or TimedOut.
 
         `what` names the question to the student ("a request to /sum"); `wanted` is what must be offered before.  What
-        has never been answered, and made the program raise the same exception PATIENCE times, is asked only once more.
+        has never been answered, but PATIENCE times with silence or with the same exception, is asked only once more.
         """
-        if what in self._fatal:
-            raise self._fatal[what]
+        if what in self._in_vain:
+            raise self._in_vain[what]
         died = False
         for _ in range(2):
             self.up(*wanted)
@@ -221,7 +222,8 @@ class Lifecycle(ABC):
 
     def doubt(self, other: "Lifecycle") -> None:
         """Be as patient as with a program that was silent, if `other`, the same one asked otherwise, never answers."""
-        if other.state is State.HOPELESS and not other.ever_answered:
+        given_up = other.state is State.HOPELESS and not other.ever_answered
+        if given_up or any(isinstance(fault, TimedOut) for fault in other._in_vain.values()):
             self._silences = max(self._silences, PATIENCE)
 
     def _comes_up(self, wanted: tuple[str, ...], limit: float) -> bool:
@@ -265,8 +267,11 @@ class Lifecycle(ABC):
         self.end()
         self._silences += 1
         fault = TimedOut(f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}.")
+        self._silent[what] += 1
         if self._silences > PATIENCE and not self._answered:
             self._give_up(fault)
+        elif self._silent[what] > PATIENCE and what not in self._answered:
+            self._in_vain[what] = fault
         return fault, self._silences <= PATIENCE
 
     def _on_death(self, what: str) -> tuple[Fault, bool]:
@@ -281,7 +286,7 @@ class Lifecycle(ABC):
             fault = Crashed(f"{self.file} {when} it answered {what}: {words}.")
             self._deaths[what, words] += program.raised
             if self._deaths[what, words] > PATIENCE and what not in self._answered:
-                self._fatal[what] = fault
+                self._in_vain[what] = fault
         return fault, not (program.raised or program.stopped)
 
     def _too_many_ends(self) -> Fault:

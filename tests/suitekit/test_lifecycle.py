@@ -121,7 +121,7 @@ class Fake(Lifecycle):
             self.clock.now += STEP
         return condition()
 
-    def ask(self, *wanted):
+    def ask(self, *wanted, what="a request to /sum"):
         """One question; what came of it."""
 
         def question(limit, alive):
@@ -129,7 +129,7 @@ class Fake(Lifecycle):
             assert alive()
             return self.program.answer(limit)
 
-        return self.converse(question, "a request to /sum", *wanted)
+        return self.converse(question, what, *wanted)
 
 
 def test_a_good_program():
@@ -431,6 +431,23 @@ def test_what_it_has_answered_is_asked_again_however_often_it_died_of_it():
         with pytest.raises(Crashed):
             life.ask()
     assert life.starts == PATIENCE + 2
+
+
+def test_a_kind_of_question_that_is_never_answered_is_given_up_and_no_other():
+    life = Fake(serves(answers=["yes"]), serves(answers=[None] * 9))
+    assert life.ask(what="a greeting") == "yes"
+    life.end()
+    for _ in range(PATIENCE + 3):
+        with pytest.raises(TimedOut):
+            life.ask()
+    assert life.limits == [ANSWER, ANSWER, ANSWER, SHORT] and life.starts == PATIENCE + 2
+    life.plans = [serves()]
+    assert life.ask(what="a greeting") == "yes"
+    other = Fake(serves(answers=[None] * 9))
+    other.doubt(life)
+    with pytest.raises(TimedOut):
+        other.ask()
+    assert other.limits == [SHORT]
 
 
 def test_what_never_answers_is_waited_for_briefly_in_another_world():
