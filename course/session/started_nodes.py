@@ -108,9 +108,10 @@ class StartedNodes:
 
     def restart(self, name: str) -> Handle:
         """Restart the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
-        if name not in self._again:
+        found = self._called(name, self._again)
+        if not found:
             raise LiveError(f"this session has started nothing called {name}: ros.nodes() lists what it has started")
-        return self._alone(self._again[name])
+        return self._alone(self._again[found[0]])
 
     def has_started(self, name: str) -> bool:
         """Return True if a node or a file called `name` was started here, or a node of that name exists."""
@@ -118,11 +119,19 @@ class StartedNodes:
         return name in self._again or name.lstrip("/") in {*self._handles, *nodes, *map(base, self.names())}
 
     def stop(self, name: str | None = None, *, wait: bool = True) -> None:
-        """Stop the node or the file called `name`, or all of them; with `wait`, until they are gone from the graph."""
+        """Stop the node or the file called `name`, or all of them; with `wait`, until they are gone from the graph.
+
+        The reader is told of a node of that name which others have started, as it goes on running.
+        """
         with self._changing:
-            for key in [name] if name else list(self._handles):
+            keys = self._called(name, self._handles) if name else list(self._handles)
+            for key in keys:
                 if handle := self._handles.pop(key, None):
                     self._stop(handle, wait)
+        if name and not keys:
+            for each in self._outsiders.nodes():
+                if name.lstrip("/") in (base(each.node), each.node.lstrip("/")):
+                    self._watch.notice(f"{each} was not started by this session. To end it: {each.ending}.")
 
     def stop_outsider(self, pid: int, born: int) -> None:
         """Stop a program that others have started, as Ctrl-C does; `born` is its `birth`.
@@ -192,6 +201,18 @@ class StartedNodes:
             Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
         ]
         return sorted(rows, key=lambda row: row.name)
+
+    def _called(self, name: str, keys: Collection[str]) -> list[str]:
+        """Return those of `keys` that `name` means: itself, or else the files of that stem, or with a node of it."""
+        if name in keys:
+            return [name]
+        bare = name.lstrip("/")
+        running = {
+            key
+            for key, handle in list(self._handles.items())
+            if any(bare in (base(node), node.lstrip("/")) for node in handle.nodes)
+        }
+        return [key for key in list(keys) if key in running or key in (bare, f"{bare}.py")]
 
     def _alone(self, start: Callable[[], Handle]) -> Handle:
         """Call `start` while no other thread starts or stops a node, and keep it for `restart`."""

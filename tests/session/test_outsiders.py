@@ -151,6 +151,25 @@ def test_a_process_without_a_command_line_may_not_be_stopped(monkeypatch):
         assert Outsider("/node", process.pid).process is not None
 
 
+def test_a_stop_by_the_name_of_a_nodes_file_or_of_a_files_node_ends_it(session, server):
+    """A student thinks of the node, or of the file; whichever is typed, it does not run on without a word."""
+    for name in ("adder.py", "adder", "/adder"):
+        started = session.start(server)
+        session.stop(name)
+        assert not started.alive and session.watch.notices() == []
+    again = session.restart("adder")
+    assert again.alive and again.name == "adder.py"
+
+
+def test_a_stop_of_what_others_have_started_says_how_to_end_it(session, outsider):
+    session.stop("adder")
+    assert session.watch.notices() == [
+        f"/adder, process {outsider.pid} (python adder.py) was not started by this session. To end it: Ctrl-C in its "
+        f"terminal, or `!kill {outsider.pid}`."
+    ]
+    assert outsider.poll() is None
+
+
 def test_what_the_session_has_started_or_what_has_ended_is_no_outsider(session, server, outsider):
     outsider.kill()
     outsider.wait()
