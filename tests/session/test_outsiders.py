@@ -163,10 +163,11 @@ def test_a_stop_by_the_name_of_a_nodes_file_or_of_a_files_node_ends_it(session, 
 
 def test_a_stop_of_what_others_have_started_says_how_to_end_it(session, outsider):
     session.stop("adder")
-    assert session.watch.notices() == [
+    (notice,) = session.watch.notices()
+    assert notice == (
         f"/adder, process {outsider.pid} (python adder.py) was not started by this session. To end it: Ctrl-C in its "
         f"terminal, or `!kill {outsider.pid}`."
-    ]
+    )
     assert outsider.poll() is None
 
 
