@@ -75,7 +75,7 @@ def changes(
     if sets:
         axes.plot(*zip(*sets, strict=True), "o", color=GREEN, markersize=8, label="accepted")
     for other in others:
-        axes.plot(followed[time], followed[other], "-.", color=ORANGE, label=other)
+        axes.step(followed[time], followed[other], "-.", where="post", color=ORANGE, label=other)
     for limit in limits:
         axes.axhline(
             limit, color=GREY, linestyle="--", zorder=1, label="declared range" if limit == limits[0] else None

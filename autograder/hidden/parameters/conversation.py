@@ -64,6 +64,7 @@ class PidNode(TopicProgram):
         EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
     }
     has_answered = False  # an error, at any time
+    integral_waits = False  # while the effort is clamped
     gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 
     def __init__(self, bench: Bench, *args: str, renamed: Renamed):
@@ -201,6 +202,28 @@ class Early(NamedTuple):
         return self.node.starts == self.starts and self.node.state is State.SERVING
 
 
+def begin_with_gains(node: PidNode) -> tuple[float, float] | None:
+    """Return the first effort of a start with gains, and that to the same error with kp alone; None if it has no such.
+
+    Whether it has the gains from its start, uses them in its first effort, answers, and uses new ones, others judge.
+    """
+    try:
+        node.start_fresh()
+        first = node.send(STILL)
+        node.store({"ki": 0.0, "kd": 0.0})
+        got = node.get()
+        node.send(STILL)  # a node may use a new gain one message late
+        alone = node.send(STILL)
+        time.sleep(FILLING)
+        steady = near(alone.effort, node.send(STILL).effort)  # or else it still integrates
+        known = steady and got.get("ki") == got.get("kd") == 0.0 and not near(first.effort, DEFAULTS["kp"] * STILL)
+        return (first.effort, alone.effort) if known else None
+    except Fault:
+        return None
+    finally:
+        node.end()  # the next test finds the values of its start
+
+
 def meet_early(node: PidNode) -> Early | None:
     """Send a node its first errors; None when it does not answer, or has not all parameters: other tests judge that."""
     try:
@@ -214,8 +237,12 @@ def meet_early(node: PidNode) -> Early | None:
         node.store({"kp": 0.0, "kd": 0.0} | WIDE)
         early = Early(node, starts, given, first, begun, filled, node.send(STILL), node.send(STILL))
     except Fault:
+        node.end()  # the next test finds the values of its start
         return None
-    return early if early.lives else None
+    if not early.lives:
+        node.end()
+        return None
+    return early
 
 
 def why_no_controller(pid: PidNode, launched: PidNode) -> str:
@@ -224,6 +251,7 @@ def why_no_controller(pid: PidNode, launched: PidNode) -> str:
     Lenient, because the ways in which an effort can be wrong are judged by the tests.
     """
     before = []
+    pid.up(ERROR, EFFORT)  # a topic of another name is replaced by a new start, which forgets what was set before
     for kp in (2.0, 4.0):
         pid.store({"ki": 0.0, "kd": 0.0, "kp": kp} | WIDE)  # the limits, too: an earlier test may have moved them
         pid.send(-STILL)

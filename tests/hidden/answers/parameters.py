@@ -689,6 +689,7 @@ WRONG = {
         {"equal_limits"},
     ),
     "no reason": (node((REASON, "                successful=False)")), {"reasons"}),
+    "the integral begins at 1": (node((READY, READY.replace("0.0", "1.0"))), {"first_message"}),
     "refuses by returning nothing": (
         node(("            return SetParametersResult(\n" + REASON, "            return None")),
         {"reasons"},
@@ -837,7 +838,7 @@ WRONG = {
         limits |= {name: self.value(name) for name in limits if self.has_parameter(name)}""",
             ),
         ),
-        {"launch_values", "nothing_else_starts_it_again"},
+        {"launch_values"},
     ),
     "the limits are checked before they are declared": (
         node(
@@ -1543,6 +1544,7 @@ DETAIL = {
     "NaN is accepted",
     "no reason",
     "refuses by returning nothing",
+    "the integral begins at 1",
     "no reason for NaN",
     "ki as it was starts the integral again",
     "the node's clock",
