@@ -7,6 +7,7 @@ from pathlib import Path
 DISCOVERY_PROFILE = Path(__file__).parent / "discovery.xml"
 DISTRIBUTION = "jazzy"
 KERNEL = "JPY_PARENT_PID"  # set for processes in a notebook's kernel
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"  # which hosts a process discovers
 DOMAIN = "COURSE_DOMAIN"  # the ROS domain that the course has set in a terminal
 TOOLCHAIN = Path(__file__).parent / "interfaces" / "toolchain.cmake"
 
@@ -57,7 +58,7 @@ def session_variables(domain: int | str) -> dict[str, str]:
     """
     return {
         "ROS_DOMAIN_ID": str(domain),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"),
+        RANGE: os.environ.get(RANGE, "LOCALHOST"),
         "FASTDDS_BUILTIN_TRANSPORTS": os.environ.get("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4"),
         # The format of the log lines in the book.
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": os.environ.get(

@@ -35,6 +35,7 @@ STATUS = {
 Table = dict[str, list[Any]]
 
 GONE = 0.7  # s without an action server, after which nothing more of a goal can come
+LAST = 2.0  # s by which a feedback message may come after the end of its goal
 LATE = 1.0  # s by which the report of an exception may come after the end of its goal
 # Each makes a function that a wait for a goal calls again and again.  It is given the action's name, a limit (s), and
 # when the last other goal was sent that may still go on (s, monotonic; -inf for none).  The function returns '', or
@@ -140,8 +141,10 @@ class GoalRecorder(Recorder):
     def cancel(self) -> Future:
         """Ask the server to cancel the goal, and return the future of its answer.
 
-        Raises CourseError before the goal itself has an answer.
+        Raises CourseError before a goal is sent, and before it has an answer.
         """
+        if not self._sent:
+            raise CourseError("no goal was sent: `GoalRecorder(client).send(goal)` sends one")
         if self._handle is None:
             raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
         self.add(event="cancel")
@@ -216,8 +219,14 @@ class GoalRecorder(Recorder):
         return self.table()["event"].count(event)
 
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
-        """Wait for `count` feedback messages; False after `timeout` s."""
-        return self.wait_for(lambda table: table["event"].count("feedback") >= count, timeout)
+        """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer."""
+        ends = {*self.END}
+
+        def there(table: dict[str, list[Any]]) -> bool:
+            return table["event"].count("feedback") >= count
+
+        self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout)
+        return self.wait_for(there, min(timeout, LAST))
 
     @property
     def feedback(self) -> list[Any]:

@@ -82,6 +82,11 @@ def _write(path: Path, cell: str) -> None:
     """Write the cell's file atomically, so that the old one is kept if the disk is full."""
     try:
         storage.replace(path, cell.encode("utf-8", errors="replace"))
+    except IsADirectoryError:
+        raise ExerciseError(
+            f"{path.name} is a folder in {path.parent.resolve()}, so no file of this name can be written. Rename the "
+            "folder, then run the cell again."
+        ) from None
     except OSError as error:
         raise ExerciseError(
             f"{path.name} could not be written: {(error.strerror or str(error)).lower()} ({path.parent.resolve()}). "

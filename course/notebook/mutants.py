@@ -97,6 +97,8 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
         source = path.read_text(encoding="utf-8")
         mutants, started = list(mutants_of(source)), _started_on_import(source)
     except FileNotFoundError:
+        if (meant := path.with_name(f"{path.name}.py")).is_file():
+            raise ExerciseError(f"there is no file {path.name}: write try_tests('{meant.name}', ...)") from None
         raise ExerciseError(f"{path.name} is missing: run the cell that writes it first") from None
     except SyntaxError as error:
         raise ExerciseError(f"{path.name}, line {error.lineno}: {error.msg}") from None

@@ -1,6 +1,7 @@
 """Runs commands at the same time, each as in its own terminal, and returns their output."""
 
 import contextlib
+import itertools
 import math
 import os
 import re
@@ -35,6 +36,8 @@ SLEPT = 5  # looks at which all programs sleep, after which it is asked, twice, 
 AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
+FLOOD = 1_000_000  # bytes printed, after which a program is stopped
+SHOWN = 2000  # bytes of these that are shown
 GRACE = 10.0  # s for a program to end after Ctrl-C
 OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # commands of a shell, not programs
 JOINED = ("&&", "||", "|", ";", "&", ">", ">>", "2>", "<")
@@ -126,6 +129,8 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
         words = shlex.split(command)
     except ValueError as error:
         return command, f"A quotation mark is missing, or there is one too many ({error}).", 2
+    if why := _unread_parameter(words):
+        return command, why, 2
     shell = [word for word in words[:1] if word in OF_A_SHELL] + [word for word in words if word in JOINED]
     if shell or not words:
         return command, _no_shell(command, shell), 127
@@ -139,7 +144,22 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
         output = f"{output.rstrip()}\nHint: {why}\n"
     if rule := OVERRIDE.search(output):
         output = f"{output.rstrip()}\nHint: A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`\n"
+    if "Cannot have a value before ros__parameters" in output:
+        output = (
+            f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a blank after the colon, "
+            "below `ros__parameters:`, with two underscores.\n"
+        )
     return command, output, status
+
+
+def _unread_parameter(words: list[str]) -> str:
+    """Return why a parameter on a command line would not be read, or ''."""
+    runs = words[:2] == ["ros2", "run"] or words[:1] == ["python3"] or words[:1] == ["python"]
+    before = words[: words.index("--ros-args")] if "--ros-args" in words else words
+    given = [word for flag, word in itertools.pairwise(before) if flag == "-p" and ":=" in word]
+    if not runs or not given:
+        return ""
+    return f"This was not run: the program would not read `-p {given[0]}`. Write `--ros-args -p {given[0]}`."
 
 
 def _no_shell(command: str, words: list[str]) -> str:
@@ -174,7 +194,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     told, spent, at = 0, 0.0, ""
     wait = _Wait(stacks, program.pid, path) if path else None
     in_vain = math.inf  # the time at which it has waited long enough
-    while (left := min(end, in_vain) - time.monotonic()) > 0 and not at:
+    while (left := min(end, in_vain) - time.monotonic()) > 0 and not at and len(printed) < FLOOD:
         reader.join(min(left, LOOK))
         if not reader.is_alive():
             output, status = printed.decode(errors="replace"), program.wait()
@@ -193,14 +213,22 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     why = ", because a node of this notebook has failed" if path and time.monotonic() >= in_vain else ""
     if path:
         at = at or _lines(stacks.doing(program.pid, path))
+    if not path:  # `ros2 run` ends its program, too
+        program.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            program.wait(GRACE)
     program.kill()
     program.wait()
     where = f". {path.name} was here:{at}" if path and at else ""
-    if path and not at and ENDLESS.search(text_at(path)):
+    if (path and not at and ENDLESS.search(text_at(path))) or words[:2] == ["ros2", "run"]:
+        start = f"start it with `ros.start({path.name!r})`, or end" if path else "end"
         where = (
-            f". A node runs until it is stopped: start it with `ros.start({path.name!r})`, or end it here once it has "
-            f"printed a certain line: `terminal(..., until='some words of that line')`."
+            f". A node runs until it is stopped: {start} it here once it has printed a certain line: "
+            "`terminal(..., until='some words of that line')`."
         )
+    if len(printed) >= FLOOD:
+        why = f": it had printed {FLOOD:,} characters, of which only the first are shown"
+        del printed[SHOWN:]
     return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
 
 

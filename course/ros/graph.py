@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, Self
 
-from course.environment import DISCOVERY_PROFILE
+from course.environment import DISCOVERY_PROFILE, RANGE
 from course.foundation.waiting import wait_until
 from course.ros.discovery import COUNTABLE, ask_participants, participants_here
 from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
@@ -29,7 +29,6 @@ if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key ne
     from rclpy.node import Node
 
 PROFILES = Path(__file__).parent
-RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete

@@ -16,6 +16,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, base, full, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
+from course.session.guards import say
 from course.session.interface_usage import is_of
 from course.session.matching import SEND, served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
@@ -29,6 +30,8 @@ INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter
 LOOK = 0.05  # s between two checks whether the node that should answer has died
 LISTED = 8  # services that are named in a message
 GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
+TELLING = 2.0  # s more, after which the reader learns why there is no server, if the wait is to last much longer
+PATIENT = 5.0  # s that are much longer
 GRACE = 1.0  # s that discovering a server may take before a dead node is reported instead
 
 
@@ -57,7 +60,15 @@ class Calls:
                 self._outdated[handle] = package
 
     def _tell_of_outdated(self, service: str) -> None:
-        """Tell the reader if the server of `service` was started before an interface was built again."""
+        """Tell the reader if the server of `service` was started before its text or an interface was changed."""
+        for handle in list(self._handles.values()):
+            if handle.alive and handle.edited and service in handle.services:
+                what = handle.name if isinstance(handle, NodeProcess) else f"the class of {handle.name}"
+                again = f"ros.restart('{handle.name}')" if isinstance(handle, NodeProcess) else "ros.start(...)"
+                self.watch.notice(
+                    f"{what} was changed since it was started, and {service} is served as it was before: start it "
+                    f"again, with {again}."
+                )
         for handle, package in self._outdated.items():
             if handle.alive and service in handle.services:
                 self.watch.notice(
@@ -76,8 +87,9 @@ class Calls:
 
     def call(self, service: str, srv_type: type[Any], request: object, timeout: float) -> Any:
         """Send `request` and return the response; raises CallTimeout if none comes within `timeout` s."""
-        self._tell_of_outdated(service)
         client = self._client(service, srv_type)
+        service = client.service_name
+        self._tell_of_outdated(service)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
         future = client.call_async(request)
@@ -247,7 +259,11 @@ class Calls:
             self._look_at(client.service_name, again=True)  # there is no server, and a node has died
             if timeout > GRACE and (why := self._misfit(client) or self._never(client)):
                 raise CallTimeout(f"no server for {client.service_name} within {GRACE:g} s. {why}")
-        if not wait_until(client.service_is_ready, timeout - GRACE):
+        left = timeout - GRACE
+        if left > PATIENT and not wait_until(client.service_is_ready, TELLING):
+            say(f"Still waiting for {client.service_name}. {self.apart(client)}")
+            left -= TELLING
+        if not wait_until(client.service_is_ready, left):
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
         self._tell_who_answers(client.service_name)
 

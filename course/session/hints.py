@@ -52,6 +52,7 @@ from course.session.source import (
 
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
+LOOKED = 4000  # characters: an error may hold all that a program has printed
 OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
 # Python's names of a field's type, and the names in a definition file.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
@@ -60,8 +61,10 @@ TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "b
 def hint(error: str, source: str = "", code: str = "") -> str:
     """Return a hint on `error`, the last line of a traceback (`TypeError: ...`), or ''.
 
-    `source` is the text of the program, and `code` the reader's line that caused the error.
+    `source` is the text of the program, and `code` the reader's line that caused the error.  Only the first LOOKED
+    characters of the error are searched.
     """
+    error = error[:LOOKED]
     for pattern, line, text in IN_A_LINE:
         if re.search(pattern, error) and re.search(line, code):
             return text

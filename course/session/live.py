@@ -44,6 +44,15 @@ from course.session.matching import (
     unmatched,
     unserved,
 )
+from course.session.misuse import (
+    called,
+    expect_condition,
+    expect_name,
+    expect_of_a_file,
+    expect_parameters,
+    expect_request,
+    expect_service,
+)
 from course.session.no_world import no_world
 from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
@@ -81,6 +90,7 @@ class Session:
         self.domain_id = domain_id
         # Child processes (`!ros2 ...`, `!python ...`) must find these nodes, and no others.
         os.environ.update(environment.session_variables(domain_id))
+        self._range = os.environ.get(environment.RANGE)
         patch()
         # About a client that died while it waited: its own report says so.
         warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)
@@ -146,7 +156,9 @@ class Session:
             raise LiveError(
                 f"`threads` is a whole number from 1 on, such as `threads=4`, not {threads!r}: nothing was started"
             )
+        expect_parameters(parameters)
         if isinstance(what, (str, Path)):
+            expect_of_a_file(str(what), threads, kwargs)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
         for line in doubts("the cell", cell_of(what)):
@@ -158,6 +170,7 @@ class Session:
 
         A name that this session has never started is not an error, but the reader is told.
         """
+        expect_name(name, "stop", self._handles)
         self._look_up(name)
         self._nodes.stop(name)
 
@@ -195,6 +208,7 @@ class Session:
         Raises LiveError if this session has not started it, and otherwise as `start` does.
         """
         self._check_open()
+        expect_name(name, "restart", self._handles)
         return self._nodes.restart(name)
 
     def server(self, service: str) -> tuple[str, bool]:
@@ -220,6 +234,9 @@ class Session:
         that it is about: with `until` this waits, at most `timeout` s, for a line that contains that text, and tells
         the reader if none comes.
         """
+        expect_name(name, "logs", self._handles)
+        if until is not None and not isinstance(until, str):
+            raise LiveError("`until` is a text that a line of the log has, such as until='sum'")
         known = name is None or until is None or wait_until(lambda: self._nodes.has_started(name), UNKNOWN)
         if until is not None and known and not self._logs.wait(name, until, timeout):
             say(self._logs.without(name, until))
@@ -234,6 +251,7 @@ class Session:
     def wait_for_service(self, service: str, srv_type: type[Any], timeout: float = 5.0) -> None:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._check_open()
+        expect_service(service, srv_type, "wait_for_service")
         self._calls.wait_for_service(service, service_type(srv_type), timeout)
 
     @interruptible()
@@ -246,7 +264,10 @@ class Session:
         `timeout` s, and LiveError for an unknown field or an unfit value.
         """
         self._check_open()
+        expect_service(service, srv_type, "call")
         srv_type = service_type(srv_type)
+        if request is not None:
+            expect_request(request, service, srv_type)
         return self._calls.call(service, srv_type, fill(srv_type, fields) if request is None else request, timeout)
 
     @interruptible()
@@ -271,6 +292,8 @@ class Session:
 
         The reader is told, once, about topics with unfit QoS or a misspelt name, and about scans without a world.
         """
+        expect_condition(condition)
+        condition = called(condition)
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
         if timeout > WORLDLESS:
@@ -379,6 +402,11 @@ class Session:
                 f"this session is in the ROS domain {self.domain_id}, but ROS_DOMAIN_ID has been changed to {now} "
                 f"since: a program started now could not reach it. Undo it with os.environ['ROS_DOMAIN_ID'] = "
                 f"'{self.domain_id}'. To choose a domain, set it before the first course.live()"
+            )
+        if (now := os.environ.get(environment.RANGE)) != self._range:
+            raise LiveError(
+                f"{environment.RANGE} has been changed to {now} since this session began with {self._range}: a program "
+                f"started now might not be seen. Undo it with os.environ['{environment.RANGE}'] = '{self._range}'"
             )
         for line in kept.refresh(self._folder):
             self.watch.notice(line)

@@ -1,6 +1,7 @@
 """A node in this kernel, and the reader's handle on it."""
 
 import contextlib
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -13,8 +14,9 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.ros.rclpy_internals import NodeNameNonExistentError
-from course.session.failure_report import GOAL_ENDING, NO_RESULT, NO_STATE, FailureReport, of_goal, text_of
+from course.session.failure_report import GOAL_ENDING, NO_RESULT, NO_STATE, FailureReport, cell_of, of_goal, text_of
 from course.session.logs import Logs
+from course.session.source import class_text
 from course.session.spinner import Spinner, destroy_node
 
 
@@ -106,6 +108,16 @@ class LiveNode:
         """Return True if this node's class is an earlier version of `cls`, or a base of it."""
         own = type(self.node)
         return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
+
+    @property
+    def edited(self) -> bool:
+        """Return True if the notebook has another version of its class by now, with another text."""
+        began = type(self.node).__bases__[0]
+        now = vars(sys.modules["__main__"]).get(began.__name__)
+        if began.__module__ != "__main__" or now is began or not (isinstance(now, type) and issubclass(now, Node)):
+            return False
+        before, after = (class_text(cell_of(each), began.__name__) for each in (began, now))
+        return before != after and "" not in (before, after)
 
     def stop(self) -> None:
         """Stop spinning it and destroy it; stopping twice is not an error."""

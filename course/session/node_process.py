@@ -53,6 +53,7 @@ class NodeProcess:
         self._changed = changed
         self.path = path.absolute()
         self.name = path.name
+        self._begun_with = text_at(self.path)
         self.nodes: list[str] = []
         self.services: set[str] = set()  # services that it has offered
         self._loggers: set[str] = set()  # its nodes that have logged on its terminal
@@ -175,6 +176,11 @@ class NodeProcess:
     def source(self) -> str:
         """Return the program's text, '' if its file is gone."""
         return text_at(self.path)
+
+    @property
+    def edited(self) -> bool:
+        """Return True if its file has another text than when it was started."""
+        return self.source not in ("", self._begun_with)
 
     @property
     def died(self) -> bool:

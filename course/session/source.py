@@ -541,3 +541,9 @@ def _is_false_when_run(test: ast.expr) -> bool:
     if not all(isinstance(node, OF_GUARDS) and getattr(node, "id", "__name__") == "__name__" for node in nodes):
         return False
     return not eval(compile(ast.Expression(test), "", "eval"), {"__name__": "__main__", "__builtins__": {}})
+
+
+def class_text(source: str, name: str) -> str:
+    """Return the last class `name` of a program in a form that comments and blank lines do not change; '' if none."""
+    found = [node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == name]
+    return ast.dump(found[-1]) if found else ""

@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -238,7 +239,7 @@ class StartedNodes:
                 self._replace(handle.name)
         context, notice = self._calls.node.context, self._watch.notice
         cls = in_context(what, context, arguments, lambda name: self._replace(name, cls=what), notice)
-        node = cls.__new__(cls)
+        node, began = cls.__new__(cls), time.time()
         try:
             type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
         except BaseException as error:
@@ -253,7 +254,14 @@ class StartedNodes:
         self._replace(node.get_name(), cls=what)  # arguments may have renamed it
         handle = LiveNode(self._owner, Spinner(node, threads, self._publishing.publish))
         self._handles[handle.name] = handle
+        self._logs.forget(handle.name, began)  # of one that was stopped before
         self._publishing.publish()
+        for service, count in Counter(each.service_name for each in node.services).items():
+            if count > 1:
+                self._watch.notice(
+                    f"{handle.name} makes {count} services with the name {service}: any of them may answer. Give each "
+                    "a name of its own."
+                )
         return handle
 
     def _tell_undeclared(self, who: str, parameters: Iterable[str], declared: Collection[str]) -> None:
@@ -284,7 +292,10 @@ class StartedNodes:
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
-            why = self._owner.elsewhere or "run the cell that writes it, or check the name"
+            meant = Path(f"{path}.py")
+            why = self._owner.elsewhere or (
+                f"write ros.start('{meant}')" if meant.is_file() else "run the cell that writes it, or check the name"
+            )
             raise LiveError(f"there is no file {path}: {why}")
         for look in before_start:
             if line := look(path):
@@ -328,6 +339,7 @@ class StartedNodes:
             raise CallTimeout(f"{path.name} ran for {ran:.0f} s and created no node. {why}")
         for node in process.nodes:
             self._replace(base(node), process)
+            self._logs.forget(base(node), process.started)  # of one that was stopped before
         self._presence.settle(process, served)
         self._publishing.publish()
         if process.died and process.returncode:

@@ -160,6 +160,33 @@ def test_a_node_that_never_ends_tells_how_it_is_started(tmp_path):
     assert "start it with `ros.start('client.py')`" in output
 
 
+def test_a_program_that_prints_without_end_is_stopped_and_shown_in_part(tmp_path):
+    """A megabyte in a cell's output, and in the search for a hint, would hold the page and the kernel up."""
+    output, status = run(tmp_path, "def tell():\n    while True: print('sum')\n\ntell()\n")
+    assert status == 124
+    assert "of which only the first are shown" in output and len(output) < 3000
+    assert "client.py, line 2, in tell" in output
+
+
+def test_a_parameter_that_the_program_would_not_read_is_told_before_it_runs():
+    ((_, output, status),) = terminal("ros2 run course parameter_node -p max_speed:=2.0", until="2.0").runs
+    assert status == 2
+    assert output.endswith("Write `--ros-args -p max_speed:=2.0`.")
+
+
+def test_a_node_of_ros2_run_that_never_ends_tells_how_it_is_ended(tmp_path):
+    ((_, output, status),) = terminal("ros2 run course parameter_node", timeout=4.0).runs
+    assert status == 124
+    assert output.endswith("`terminal(..., until='some words of that line')`.")
+
+
+def test_a_parameter_file_with_a_colon_alone_has_a_hint(tmp_path):
+    (tmp_path / "robot.yaml").write_text("/**:\n  ros__parameters:\n    max_speed:0.8\n")
+    command = "ros2 run course parameter_node --ros-args --params-file robot.yaml"
+    ((_, output, _),) = terminal(command, until="Max speed:").runs
+    assert "with a blank after the colon" in output
+
+
 def test_a_line_that_never_comes_is_told(tmp_path):
     (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
     ((_, output, status),) = terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00").runs

@@ -1,0 +1,106 @@
+"""What a cell gives to a method of the session in the place of something else, said in the words of that method."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from types import BuiltinMethodType
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.task import Future
+
+from course.errors import LiveError
+
+
+def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
+    """Raise LiveError unless `name` is text or None; `known` has the session's nodes by name."""
+    if name is None or isinstance(name, str):
+        return
+    kind = name if isinstance(name, type) else type(name)
+    called = next(
+        (key for key, handle in known.items() if handle is name or kind in type(getattr(handle, "node", None)).mro()),
+        "",
+    )
+    if isinstance(name, Node) or not called:
+        called = name.get_name() if isinstance(name, Node) else "name"
+    raise LiveError(f"the name of a node or a file is text: write ros.{method}('{called}')")
+
+
+def expect_service(service: object, srv_type: object, method: str) -> None:
+    """Raise LiveError when the name of a service is not text, or stands in the place of its type."""
+    if isinstance(service, str):
+        return
+    if isinstance(srv_type, str):
+        kind = getattr(service, "__name__", "TheType")
+        raise LiveError(f"first the name, then the type: write ros.{method}({srv_type!r}, {kind}, ...)")
+    raise LiveError(f"the name of a service is text, such as ros.{method}('/add_two_ints', AddTwoInts, ...)")
+
+
+def expect_request(request: object, service: str, srv_type: Any) -> None:
+    """Raise LiveError for the fields of a request in a dict or a list, or one by one without their names."""
+    if isinstance(request, srv_type.Request) or hasattr(request, "get_fields_and_field_types"):
+        return
+    names = list(srv_type.Request.get_fields_and_field_types())
+    given: Mapping[Any, Any] = (
+        request if isinstance(request, Mapping) else dict(zip(names, (request,), strict=False)) if names else {}
+    )
+    fields = ", ".join(f"{name}={value!r}" for name, value in given.items())
+    others = "" if isinstance(request, Mapping) else ", ".join(f"{name}=..." for name in names[1:])
+    written = ", ".join(filter(None, (fields, others)))
+    raise LiveError(
+        f"a request's fields are given by name: write ros.call('{service}', {srv_type.__name__}, {written})"
+    )
+
+
+def expect_condition(condition: object) -> None:
+    """Raise LiveError for anything but a function as the condition of a wait."""
+    if callable(condition):
+        return
+    if isinstance(condition, Future):
+        raise LiveError(
+            "ros.until takes a function that it can call again and again. ros.wait(future) waits for a future, and "
+            "returns its result"
+        )
+    how = "leave out the brackets after its last name" if isinstance(condition, bool) else "write `lambda:` before it"
+    raise LiveError(
+        f"ros.until takes a function that it can call again and again, and this is a {type(condition).__name__}: its "
+        f"value now. Either {how}, as in `ros.until(future.done)` and `ros.until(lambda: len(scans) > 0)`"
+    )
+
+
+def called(condition: Callable[[], object]) -> Callable[[], object]:
+    """Return `condition`, which raises LiveError when its value is a method that was not called."""
+
+    def value() -> object:
+        found = condition()
+        if inspect.ismethod(found) or isinstance(found, BuiltinMethodType):
+            raise LiveError(
+                f"the condition is the method `{found.__name__}` itself, which always counts as true: call it, "
+                f"`{found.__name__}()`"
+            )
+        return found
+
+    return value
+
+
+def expect_of_a_file(file: str, threads: int, fields: Mapping[str, object]) -> None:
+    """Raise LiveError for what only a class can be started with."""
+    if fields:
+        given = ", ".join(f"{name!r}: {value!r}" for name, value in fields.items())
+        raise LiveError(
+            f"a file is started with words of its command line, or with parameters: write "
+            f"ros.start({file!r}, parameters={{{given}}})"
+        )
+    if threads != 1:
+        raise LiveError(
+            f"`threads` is for a class in this notebook. A file's program makes its executor itself: "
+            f"MultiThreadedExecutor(num_threads={threads})"
+        )
+
+
+def expect_parameters(parameters: object) -> None:
+    """Raise LiveError for anything but a dict of parameters."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        raise LiveError(
+            f"`parameters` is a dict of names and values, such as parameters={{'max_speed': 2.0}}, not a "
+            f"{type(parameters).__name__}"
+        )

@@ -1,0 +1,139 @@
+"""What is given to a session's method in the place of something else is told at once, in the words of that method."""
+
+import os
+import time
+from collections.abc import Iterator
+
+import pytest
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+
+from course.errors import CallTimeout, LiveError
+from course.session.live import Session
+
+PROGRAM = """
+import rclpy
+from std_srvs.srv import Trigger
+
+
+def tell(request, response):
+    response.message = "WORD"
+    node.get_logger().info("WORD")
+    return response
+
+
+rclpy.init()
+node = rclpy.create_node("teller")
+node.create_service(Trigger, "tell", tell)
+rclpy.spin(node)
+"""
+
+
+class Adder(Node):
+    def __init__(self):
+        super().__init__("adder")
+        self.create_service(AddTwoInts, "add", self.add)
+
+    def add(self, request, response):
+        response.sum = request.a + request.b
+        return response
+
+
+@pytest.fixture(scope="module")
+def session() -> Iterator[Session]:
+    made = Session()
+    made.start(Adder)
+    yield made
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (lambda ros: ros.call(AddTwoInts, "/add", a=1, b=2), "write ros.call('/add', AddTwoInts, ...)"),
+        (lambda ros: ros.wait_for_service(AddTwoInts, "/add"), "write ros.wait_for_service('/add', AddTwoInts, ...)"),
+        (lambda ros: ros.call(AddTwoInts, AddTwoInts), "the name of a service is text"),
+        (lambda ros: ros.call("/add", AddTwoInts, {"a": 1, "b": 2}), "ros.call('/add', AddTwoInts, a=1, b=2)"),
+        (lambda ros: ros.call("/add", AddTwoInts, 1), "ros.call('/add', AddTwoInts, a=1, b=...)"),
+        (lambda ros: ros.until([]), "this is a list"),
+        (lambda ros: ros.until(True), "leave out the brackets"),
+        (lambda ros: ros.until(Future()), "ros.wait(future)"),
+        (lambda ros: ros.until(lambda: Future().done), "call it, `done()`"),
+        (lambda ros: ros.stop(Adder), "write ros.stop('adder')"),
+        (lambda ros: ros.restart(Adder), "write ros.restart('adder')"),
+        (lambda ros: ros.logs(3), "write ros.logs('name')"),
+        (lambda ros: ros.logs("adder", until=lambda: True), "`until` is a text"),
+        (lambda ros: ros.start("relay.py", a=40), "ros.start('relay.py', parameters={'a': 40})"),
+        (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
+        (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
+    ],
+)
+def test_what_is_meant_is_written_out(session, wrong, told):
+    with pytest.raises(LiveError) as error:
+        wrong(session)
+    assert told in str(error.value)
+    assert session.call("add", AddTwoInts, a=1, b=2).sum == 3  # nothing was started or ended
+
+
+def test_a_file_without_its_ending_is_named_with_it(session, tmp_path):
+    (tmp_path / "relay.py").write_text("")
+    with pytest.raises(LiveError, match=r"write ros.start\('.*/relay.py'\)"):
+        session.start(tmp_path / "relay")
+
+
+def test_a_changed_discovery_range_is_told_at_once(session, monkeypatch):
+    monkeypatch.setitem(os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE", "OFF")
+    with pytest.raises(LiveError, match="changed to OFF since this session began with LOCALHOST"):
+        session.start(Adder)
+
+
+def test_a_program_that_was_edited_since_its_start_is_told_at_the_next_call(session, tmp_path):
+    path = tmp_path / "teller.py"
+    path.write_text(PROGRAM.replace("WORD", "old"))
+    session.start(path)
+    session.call("tell", Trigger)
+    assert session.watch.notices() == []
+    path.write_text(PROGRAM.replace("WORD", "new"))
+    assert session.call("tell", Trigger).message == "old"
+    (notice,) = session.watch.notices()
+    assert "teller.py was changed since it was started" in notice and "ros.restart('teller.py')" in notice
+    session.restart("teller.py")
+    assert session.call("tell", Trigger).message == "new" and session.watch.notices() == []
+
+
+def test_the_log_of_a_node_has_nothing_of_an_earlier_program_with_its_name(session, tmp_path):
+    path = tmp_path / "teller.py"
+    path.write_text(PROGRAM.replace("WORD", "old"))
+    session.start(path)
+    session.call("tell", Trigger)
+    assert session.logs("teller", until="old")
+    session.stop()
+    path.write_text(PROGRAM.replace('    node.get_logger().info("WORD")\n', "").replace("WORD", "new"))
+    session.start(path)
+    session.call("tell", Trigger)
+    assert session.logs("teller") == []
+    session.start(Adder)
+
+
+def test_two_services_of_one_name_in_a_node_are_told(session):
+    class Twice(Node):
+        def __init__(self):
+            super().__init__("twice")
+            for _ in range(2):
+                self.create_service(Trigger, "same", lambda _, response: response)
+
+    session.start(Twice)
+    assert session.watch.notices() == [
+        "twice makes 2 services with the name /same: any of them may answer. Give each a name of its own."
+    ]
+    session.stop("twice")
+
+
+def test_a_long_wait_for_a_misspelt_service_says_soon_what_there_is(session, capsys):
+    began = time.monotonic()
+    with pytest.raises(CallTimeout):
+        session.call("/addd", AddTwoInts, a=1, b=2, timeout=7.0)
+    said = capsys.readouterr().err
+    assert "/add" in said or time.monotonic() - began < 3.0
