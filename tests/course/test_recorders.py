@@ -99,6 +99,19 @@ def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
     assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"
 
 
+def test_a_wait_for_feedback_is_over_soon_after_the_end_of_the_goal(fibonacci):
+    goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=3))
+    began = time.monotonic()
+    assert not goal.wait_feedback(10, timeout=30.0)
+    assert goal.wait_end() == "succeeded"
+    assert time.monotonic() - began < 15.0
+
+
+def test_a_cancel_of_a_goal_that_was_never_sent_says_so(fibonacci):
+    with pytest.raises(CourseError, match=r"no goal was sent: `GoalRecorder\(client\).send\(goal\)` sends one"):
+        GoalRecorder(fibonacci).cancel()
+
+
 def test_a_recorder_that_is_given_something_else(fibonacci):
     with pytest.raises(CourseError, match=r"`Fibonacci\.Goal\(\.\.\.\)`, not 5"):
         GoalRecorder(fibonacci).send(5)

@@ -183,6 +183,31 @@ def test_a_file_that_was_imported_is_imported_anew_after_its_cell(kernel):
     assert kernel.run("%%exercise unused.py --no-start\nGAIN = 2\n") == "unused.py: written"
 
 
+def test_a_folder_of_the_files_name_is_told(kernel):
+    (kernel.folder / "taken.py").mkdir()
+    said = kernel.run("%%exercise taken.py --no-start\nprint(1)\n")
+    assert f"taken.py is a folder in {kernel.folder}" in said and "Rename the folder" in said
+
+
+def test_a_class_that_was_written_anew_and_not_started_is_told_at_the_next_call(kernel):
+    cell = """
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+class Adder(Node):
+    def __init__(self):
+        super().__init__("adder")
+        self.create_service(AddTwoInts, "adds", self.add)
+    def add(self, request, response):
+        response.sum = request.a + request.b  # a comment
+        return response
+"""
+    call = "\nprint(ros.call('adds', AddTwoInts, a=5, b=3).sum)"
+    assert kernel.run(cell + "ros.start(Adder)" + call) == "8"
+    assert kernel.run(cell.replace("comment", "remark") + call) == "8"
+    assert "the class of adder was changed since it was started" in kernel.run(cell.replace(" + ", " * ") + call)
+    assert kernel.run(cell.replace(" + ", " * ") + "ros.start(Adder)" + call) == "15"
+
+
 def test_a_slip_is_told_below_its_cell(kernel):
     out = kernel.run("def f(response):\n    response.sum == 3\n")
     assert out.startswith("note: line 2: `response.sum == 3` compares, and changes nothing. To set it, write ")

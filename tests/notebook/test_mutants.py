@@ -71,6 +71,13 @@ def test_swapped_arguments_are_told(file):
         try_tests("def test_it():\n    pass\n", str(file))
 
 
+def test_a_file_without_its_ending_is_named_with_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "near.py").write_text("near = 1\n")
+    with pytest.raises(ExerciseError, match=r"there is no file near: write try_tests\('near.py', ...\)"):
+        try_tests("near", "def test_it():\n    pass\n")
+
+
 CORRECT = ". Find out which of the two is wrong, near.py or the test, and correct it first"
 
 
