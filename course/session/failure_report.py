@@ -81,6 +81,18 @@ def frame_at(place: str, line: int, source: str) -> Frame:
     return Frame(place, line, "", source.splitlines()[line - 1].strip())
 
 
+def _fatal(path: Path, output: str, source: str) -> tuple[Frame, ...]:
+    """Return the frames in a program's file of the stack that faulthandler has printed at a signal such as SIGSEGV."""
+    _, mark, stack = output.rpartition("Fatal Python error: ")
+    lines = source.splitlines()
+    found = [
+        Frame(path.name, int(line), function, lines[int(line) - 1].strip())
+        for file, line, function in re.findall(r'File "(.+?)", line (\d+) in (\S+)', stack if mark else "")
+        if Path(file).name == path.name and int(line) <= len(lines)
+    ]
+    return tuple(found[:1])
+
+
 @dataclass(frozen=True)
 class FailureReport:
     """The report on how a node or a program ended."""
@@ -156,6 +168,8 @@ def of_program(
     else:
         why = ""
     said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []
+    if status < 0:
+        exited = exited or _fatal(path, output, source)
     return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", exited, why)
 
 

@@ -5,6 +5,7 @@ There is a hint only if the cause is known.
 
 import ast
 import builtins
+import contextlib
 import difflib
 import importlib
 import inspect
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from course.foundation.untrusted import read_regular
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
@@ -52,6 +54,7 @@ from course.session.source import (
 
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
+MOST = 1_000_000  # bytes of a file that is searched
 LOOKED = 4000  # characters: an error may hold all that a program has printed
 OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
 # Python's names of a field's type, and the names in a definition file.
@@ -372,6 +375,13 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
         return f"An attribute of the node needs `self.`: write `self.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `self.{name}`."
+    for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file
+        with contextlib.suppress(OSError, ValueError):
+            if re.search(rf"^class {name}\b", read_regular(path, MOST).decode(errors="replace"), re.MULTILINE):
+                return (
+                    f"`{name}` is a class of the file {path.name}, which runs as a program of its own: "
+                    f"`ros.start('{path.name}')`."
+                )
     return ""
 
 

@@ -85,7 +85,7 @@ class NodeProcess:
             self._popen = subprocess.Popen(
                 ["setpriv", "--pdeathsig", "KILL", sys.executable, self.path.name, *arguments],
                 cwd=self.path.parent,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", **self._variables},
+                env={**os.environ, "PYTHONFAULTHANDLER": "1", "PYTHONUNBUFFERED": "1", **self._variables},
                 start_new_session=True,
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,

@@ -1,6 +1,8 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
 import linecache
+import os
+import subprocess
 import sys
 import textwrap
 from pathlib import Path
@@ -658,3 +660,26 @@ def test_the_calls_of_a_recursion_are_told_once(tmp_path):
     with pytest.raises(KeyError) as raised:
         again(0)
     assert len(failure_report.of_exception("x", raised.value, []).frames) == 2
+
+
+def test_the_line_of_a_segmentation_fault_is_told(tmp_path):
+    path = tmp_path / "crashing.py"
+    path.write_text("import ctypes\n\ndef status():\n    ctypes.string_at(0)\n\nstatus()\n")
+    ended = subprocess.run(
+        [sys.executable, path.name],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONFAULTHANDLER": "1"},
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+    )
+    report = failure_report.of_program(path, ended.stderr, ended.returncode)
+    assert report.ending == "was ended by the signal SIGSEGV"
+    assert [str(frame) for frame in report.frames] == ["  crashing.py, line 4, in status\n    ctypes.string_at(0)"]
+
+
+def test_a_class_of_a_file_beside_the_notebook_is_named_with_its_file(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "relay.py").write_text("class Relay(Node):\n    pass\n")
+    assert hint("NameError: name 'Relay' is not defined", "ros.start(Relay)").endswith("`ros.start('relay.py')`.")
+    assert hint("NameError: name 'Rel' is not defined", "ros.start(Rel)") == ""
