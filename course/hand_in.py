@@ -244,10 +244,17 @@ def read(folder: Path) -> HandIn:
             files[name] = read_regular(folder / name, MOST)
     if files.keys() == {notebook.name}:
         raise HandInError(f"none of the exercise's files exists: run the cells that write {', '.join(wanted)}")
-    doubts = {name: why for name, why in differences(folder).items() if name in wanted}
+    doubts = {name: f"{name} still has a line `# {cells.STUB}`: fill it in, or delete the line if you have."
+              for name, content in files.items() if name != notebook.name and _unfilled(content)}  # fmt: skip
+    doubts |= {name: why for name, why in differences(folder).items() if name in wanted}
     if another := _another_name(notebook.stem, folder.absolute().name):
         doubts = {notebook.name: another, **doubts}
     return HandIn(notebook.stem, known, files, doubts)
+
+
+def _unfilled(content: bytes) -> bool:
+    """Return True if a file still has the line that a release leaves where a solution was."""
+    return any(line.strip() == f"# {cells.STUB}".encode() for line in content.splitlines())
 
 
 def _below(folder: Path) -> list[str]:

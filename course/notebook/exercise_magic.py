@@ -19,7 +19,8 @@ from course.foundation.untrusted import read_regular
 from course.interfaces import InterfaceError, build
 from course.interfaces.kept import keep, packages
 from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
-from course.notebook.file_differences import last_written, remember, remember_refused
+from course.notebook.file_differences import edited_elsewhere, last_written, remember, remember_refused
+from course.notebook.stubs import keep_copy
 from course.session.live import current, live
 
 
@@ -79,8 +80,14 @@ def _content(path: Path) -> bytes | None:
 
 
 def _write(path: Path, cell: str) -> None:
-    """Write the cell's file atomically, so that the old one is kept if the disk is full."""
+    """Write the cell's file atomically, so that the old one is kept if the disk is full.
+
+    A text that no cell has written is kept in a copy, which the reader is told.
+    """
+    copy = None
     try:
+        if (present := edited_elsewhere(path, cell)) is not None:
+            copy = keep_copy(path.parent, path.name, present, "edited")
         storage.replace(path, cell.encode("utf-8", errors="replace"))
     except IsADirectoryError:
         raise ExerciseError(
@@ -94,6 +101,11 @@ def _write(path: Path, cell: str) -> None:
             "cell again."
         ) from None
     remember(path, cell)
+    if copy:
+        print(
+            f"note: {path.name} had been edited outside of this cell: what it contained is now in {copy.name}.",
+            file=sys.stderr,
+        )
 
 
 def _tell_of_others(path: Path) -> None:

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+from course.errors import ExerciseError
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
+from course.notebook import file_record
 from course.notebook.exercise_names import SUFFIXES
 
 _written: dict[Path, bytes] = {}  # the texts that this kernel's cells have written
@@ -14,7 +16,8 @@ _refused: dict[Path, str] = {}  # why the last version of a cell was not written
 
 def remember(file: Path, content: str) -> None:
     """Remember the text that an exercise cell has written: the saved notebook may not have that cell yet."""
-    _written[file.resolve()] = content.encode()
+    _written[file.resolve()] = content.encode("utf-8", errors="replace")
+    file_record.note_written(file, _written[file.resolve()])
     _refused.pop(file.resolve(), None)
 
 
@@ -53,7 +56,12 @@ def differences(folder: Path = Path()) -> dict[str, str]:
 
 
 EDITED = "edited since it was run: run its cell"
+REPLACES = "running the cell replaces the file, and keeps a copy of it"
+FILE_EDITED = f"the file was edited, its cell was not: copy the change into the cell ({REPLACES})"
+BOTH_EDITED = f"the file was edited, and its cell, too: copy the file's change into the cell ({REPLACES})"
+DIFFERS = "differs from its cell: since the cell was run, the cell or the file was edited"
 NOT_WRITTEN = "not written yet: run its cell"
+REFUSED = "nothing was written when its cell was last run, because the cell has an error"
 
 
 def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
@@ -61,15 +69,43 @@ def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
 
     A file that was edited elsewhere differs, too: only running its cell makes both equal.
     """
-    found = {}
-    for cell in known:
-        if name := written_by(cell):
-            try:
-                same = read_regular(folder / name, cells.MOST) == cells.exercise_file([cell], name)
-                found[name] = "" if same else EDITED
-            except (OSError, ValueError):
-                found[name] = NOT_WRITTEN
-    return found
+    last = file_record.written(folder)
+    return {name: _unlike(folder / name, cell, last.get(name, "")) for cell in known if (name := written_by(cell))}
+
+
+def _unlike(file: Path, cell: cells.Cell, last: str) -> str:
+    """Return why a file differs from its cell, or ''; `last` is the digest of what a cell last wrote to it, or ''."""
+    now, wanted = file_record.digest_of(file), file_record.digest(cells.exercise_file([cell], file.name) or b"")
+    if now == wanted:
+        return ""
+    if why := refused(cell):
+        return f"{REFUSED}: {why}"
+    if not now:
+        return NOT_WRITTEN
+    if not last:
+        return DIFFERS
+    if now == last:
+        return EDITED
+    return FILE_EDITED if wanted == last else BOTH_EDITED
+
+
+def refused(cell: cells.Cell) -> str:
+    """Return the first line of the error with which the last run of an exercise cell wrote nothing; '' for none."""
+    for output in cell.outputs:
+        if output.get("output_type") == "error" and output.get("ename") == ExerciseError.__name__:
+            return cells.text_of(output.get("evalue", "")).strip().partition("\n")[0]
+    return ""
+
+
+def edited_elsewhere(file: Path, content: str) -> bytes | None:
+    """Return what `file` holds if that is neither `content` nor what a cell wrote to it before; else None."""
+    try:
+        present = read_regular(file, cells.MOST)
+    except (OSError, ValueError):
+        return None
+    saved = [cells.exercise_file(known, file.name) for _, known in cells.readable(sorted(file.parent.glob("*.ipynb")))]
+    ours = present in (content.encode("utf-8", errors="replace"), last_written(file), *saved)
+    return None if ours or file_record.written(file.parent).get(file.name) == file_record.digest(present) else present
 
 
 def written_by(cell: cells.Cell) -> str:

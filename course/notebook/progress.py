@@ -11,11 +11,13 @@ from pathlib import Path
 from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.cells import PASSED, STUB, Cell
-from course.notebook.file_differences import unlike, written_by
+from course.notebook import file_record
+from course.notebook.file_differences import FILE_EDITED, refused, unlike, written_by
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
 CHANGED = "changed since the check"
+AGAIN = "run it again: the file was written again since"
 STUBS = ("YOUR ANSWER HERE", STUB)
 HEAD = ("section", "part", "so far", "points")
 
@@ -122,10 +124,11 @@ def parts(section: str, known: list[Cell], folder: Path) -> Progress:
     """Return the parts of one section from the cells of its notebook, and the files that they have written to `folder`.
 
     A check judges the files of all cells above it, so it says nothing about a cell that was edited and not run since.
+    It does say something about a file that was edited elsewhere, if it passed for that very text.
     """
     differ = unlike(folder, [cell for cell in known if cell.solution])
     return Progress(
-        Part(section, cell.name, _state(cell, known[:at], differ), _points(cell))
+        Part(section, cell.name, _state(cell, known[:at], differ, folder), _points(cell))
         for at, cell in enumerate(known)
         if cell.mark.get("grade")
     )
@@ -147,16 +150,22 @@ def _points(cell: Cell) -> float:
     return float(points) if isinstance(points, (int, float)) else 0.0
 
 
-def _state(cell: Cell, before: list[Cell], differ: dict[str, str]) -> str:
+def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
         return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
     if cell.count is None:
         return "not run"
+    if any(above.solution and (above.count or 0) > cell.count and not refused(above) for above in before):
+        return AGAIN
     if error := next((output for output in cell.outputs if output.get("output_type") == "error"), None):
         lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
         return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
-    if any(above.solution and (above.count or 0) > cell.count for above in before):
-        return "run it again: the file was written again since"
-    changed = [name for above in before if (name := written_by(above)) and differ.get(name)]
+    passed = file_record.checked(folder, cell.name)
+    changed = [
+        name
+        for above in before
+        if (name := written_by(above)) and (why := differ.get(name))
+        if why != FILE_EDITED or passed.get(name) != file_record.digest_of(folder / name)
+    ]
     return f"{CHANGED}: {changed[0]}" if changed else PASSED

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -32,9 +33,29 @@ class Needed(NbGraderPreprocessor):
         return nb, resources
 
 
+class Apart(Execute):
+    """Runs the notebook in a folder of links to the student's files: exercise cells replace links, and not files."""
+
+    def preprocess(
+        self, nb: NotebookNode, resources: dict[str, Any], **more: Any
+    ) -> tuple[NotebookNode, dict[str, Any]]:
+        """Return the notebook as run."""
+        known = resources.get("metadata", {})
+        with tempfile.TemporaryDirectory(prefix="validate-") as place:
+            for path in Path(known.get("path", "")).absolute().iterdir():
+                if path.name != "__pycache__":
+                    Path(place, path.name).symlink_to(path)
+            there = {**resources, "metadata": {**known, "path": place}}
+            done: tuple[NotebookNode, dict[str, Any]] = super().preprocess(nb, there, **more)
+            return done
+
+
 def validate_what_is_needed() -> None:
-    """Have nbgrader's Validate, in this process, skip cells that no exercise needs; nbgrader has no setting for it."""
-    steps = [CheckCellMetadata, ClearOutput, Needed, Execute]
+    """Have nbgrader's Validate, in this process, skip cells that no exercise needs, and leave the folder as it is.
+
+    nbgrader has no setting for either.
+    """
+    steps = [CheckCellMetadata, ClearOutput, Needed, Apart]
     Validator.preprocessors.default_args = (steps,)
 
 

@@ -1,4 +1,4 @@
-"""The stubs of exercise cells as released, and copies of a student's text before a reset to the stub."""
+"""The stubs of exercise cells as released, and copies of a student's text before it is replaced."""
 
 from pathlib import Path
 
@@ -21,15 +21,18 @@ def stub_of(notebook: Path, name: str) -> str:
     raise ExerciseError(f"{notebook.name} had no cell called {name} when it was released")
 
 
-def keep_copy(folder: Path, file: str, text: str) -> Path:
-    """Write the text of the cell of `file` into a new file beside it; raises OSError."""
+def keep_copy(folder: Path, file: str, content: bytes, before: str) -> Path:
+    """Write `content`, a text of `file` or of its cell, into a new file beside it; raises OSError.
+
+    `before` says in its name why: "before-reset".
+    """
     name = Path(file)
     number = 1
     while True:
-        copy = folder / f"{name.stem}.before-reset-{number}{name.suffix}"
+        copy = folder / f"{name.stem}.{before}-{number}{name.suffix}"
         try:
-            with copy.open("x", encoding="utf-8") as opened:
-                opened.write(text)
+            with copy.open("xb") as opened:
+                opened.write(content)
             return copy
         except FileExistsError:
             number += 1

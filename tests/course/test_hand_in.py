@@ -229,9 +229,9 @@ def test_the_report_of_validate_begins_with_what_the_check_says(folder):
 
 def test_validate_runs_what_the_exercises_need(folder):
     text = notebook(
-        ("open('shown.txt', 'w').close()", {}),
+        (f"open({str(folder / 'shown.txt')!r}, 'w').close()", {}),
         ("wanted = 'server'", {}),
-        ("assert wanted in open('server.py').read()\nopen('checked.txt', 'w').close()", CHECK),
+        (f"assert wanted in open('server.py').read()\nopen({str(folder / 'checked.txt')!r}, 'w').close()", CHECK),
     )
     (folder / "greeter.ipynb").write_text(text)
     nbgrader = str(Path(sys.executable).with_name("nbgrader"))
@@ -311,3 +311,24 @@ def test_a_notebook_with_another_name_is_asked_about(folder, name, meant):
     doubts = hand_in.read(place).doubts
     assert list(doubts) == ([f"{name}.ipynb"] if meant else [])
     assert all(f"rename it to {meant}.ipynb" in why for why in doubts.values())
+
+
+def test_validate_leaves_the_folder_as_it_was(folder):
+    (folder / "server.py").write_text("print('edited elsewhere: server')\n")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    nbgrader = str(Path(sys.executable).with_name("nbgrader"))
+    ran = subprocess.run(
+        [nbgrader, "validate", "greeter.ipynb"], cwd=folder, capture_output=True, text=True, timeout=100
+    )
+    assert "Success" in ran.stdout, ran.stdout + ran.stderr
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_a_file_that_is_not_filled_in_is_asked_about(folder):
+    stub = "def main():\n    # YOUR CODE HERE\n    raise NotImplementedError\n"
+    text = (folder / "greeter.ipynb").read_text()
+    (folder / "greeter.ipynb").write_text(text.replace(json.dumps(SERVER)[1:-1], json.dumps(stub)[1:-1]))
+    (folder / "server.py").write_text(stub)
+    assert hand_in.read(folder).doubts == {
+        "server.py": "server.py still has a line `# YOUR CODE HERE`: fill it in, or delete the line if you have."
+    }

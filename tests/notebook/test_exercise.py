@@ -6,6 +6,9 @@ from pathlib import Path
 import nbformat
 import pytest
 
+from course.errors import ExerciseError
+from course.notebook import exercise_magic
+from course.notebook.progress import progress
 from tests.kernels import Kernel
 
 SERVER = """%%exercise server.py
@@ -211,3 +214,67 @@ class Adder(Node):
 def test_a_slip_is_told_below_its_cell(kernel):
     out = kernel.run("def f(response):\n    response.sum == 3\n")
     assert out.startswith("note: line 2: `response.sum == 3` compares, and changes nothing. To set it, write ")
+
+
+def test_what_was_edited_outside_of_a_cell_is_kept_when_the_cell_runs(kernel):
+    """In the kernel that wrote it, and in a later one; what a cell wrote itself needs no copy."""
+    for said in ("written", "written"):
+        assert kernel.run("%%exercise mine.py --no-start\nA = 1\n") == f"mine.py: {said}"
+    (kernel.folder / "mine.py").write_text("A = 2  # by hand\n")
+    out = kernel.run("%%exercise mine.py --no-start\nA = 3\n")
+    assert "note: mine.py had been edited outside of this cell: what it contained is now in mine.edited-1.py." in out
+    assert (kernel.folder / "mine.edited-1.py").read_text() == "A = 2  # by hand\n"
+    assert (kernel.folder / "mine.py").read_text() == "A = 3\n"
+    other = Kernel(kernel.folder)
+    try:
+        assert "edited" not in other.run("%%exercise mine.py --no-start\nA = 4\n")
+    finally:
+        other.stop()
+    (kernel.folder / "Own.srv").write_text("int64 a\n---\n")
+    assert "Own.edited-1.srv" in kernel.run("%%exercise Own.srv\nint32 a\n---\n")
+    assert (kernel.folder / "Own.edited-1.srv").read_text() == "int64 a\n---\n"
+    assert sorted(path.name for path in kernel.folder.glob("*.edited-*")) == ["Own.edited-1.srv", "mine.edited-1.py"]
+
+
+def test_a_file_that_was_edited_is_not_written_over_when_no_copy_can_be_kept(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(exercise_magic, "keep_copy", full)
+    (tmp_path / "mine.py").write_text("A = 2  # by hand\n")
+    with pytest.raises(ExerciseError, match="Nothing was written; the file is unchanged"):
+        exercise_magic.exercise("mine.py --no-start", "A = 3\n")
+    assert (tmp_path / "mine.py").read_text() == "A = 2  # by hand\n"
+
+
+def test_a_check_passed_means_that_it_passed_for_the_file_as_it_lies_there(tmp_path):
+    def of(source, **mark):
+        mark = {"grade": False, "locked": False, "solution": False} | mark
+        return {"cell_type": "code", "metadata": {"nbgrader": mark}, "source": source, "outputs": []}
+
+    source = "%%exercise part.py --no-start\nA = 1\n"
+    check = "assert 'A = ' in open('part.py').read()\nprint('as asked')"
+    written = of(source, solution=True, grade_id="part") | {"execution_count": 1}
+    checked = of(check, grade=True, locked=True, grade_id="has-a", points=1) | {"execution_count": 2}
+    (tmp_path / "part").mkdir()
+    (tmp_path / "part/part.ipynb").write_text(json.dumps({"cells": [written, checked]}))
+
+    def state():
+        return progress(tmp_path)[0].state
+
+    kernel = Kernel(tmp_path / "part")
+    try:
+        kernel.run(source)
+        assert kernel.run(check) == "as asked"
+        assert state() == "passed"
+        (tmp_path / "part/part.py").write_text("A = 2\n")
+        assert state() == "changed since the check: part.py"
+        assert kernel.run(check) == "as asked"
+        assert state() == "passed"
+        (tmp_path / "part/part.py").write_text("B = 2\n")
+        assert "AssertionError" in kernel.run(check)
+        assert state() == "changed since the check: part.py"  # the saved notebook does not have the failure yet
+    finally:
+        kernel.stop()

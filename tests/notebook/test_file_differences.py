@@ -6,7 +6,18 @@ import os
 import pytest
 
 from course.foundation import cells
-from course.notebook.file_differences import EDITED, NOT_WRITTEN, difference_of, differences, remember, unlike
+from course.notebook.file_differences import (
+    BOTH_EDITED,
+    DIFFERS,
+    EDITED,
+    FILE_EDITED,
+    NOT_WRITTEN,
+    REFUSED,
+    difference_of,
+    differences,
+    remember,
+    unlike,
+)
 
 
 @pytest.fixture
@@ -73,4 +84,26 @@ def test_cells_that_are_not_saved_yet_are_compared_with_their_files(folder):
     assert unlike(folder, known) == {"server.py": "", "Ask.srv": ""}
     (folder / "server.py").write_text("print('before')\n")
     (folder / "Ask.srv").unlink()
+    assert unlike(folder, known) == {"server.py": DIFFERS, "Ask.srv": NOT_WRITTEN}  # which of the two is not known
+    remember(folder / "server.py", "print('before')\n")
     assert unlike(folder, known) == {"server.py": EDITED, "Ask.srv": NOT_WRITTEN}
+
+
+def test_a_file_that_was_edited_is_told_from_a_cell_that_was(folder):
+    known = cells.read(folder / "section.ipynb")
+    remember(folder / "server.py", "print('one')\nprint('two')\n")
+    (folder / "server.py").write_text("print('mine')\n")
+    assert unlike(folder, known)["server.py"] == FILE_EDITED
+    remember(folder / "server.py", "print('before')\n")
+    assert unlike(folder, known)["server.py"] == BOTH_EDITED
+    (folder / ".exercise.json").write_text('["damaged"]')
+    assert unlike(folder, known)["server.py"] == DIFFERS
+
+
+def test_a_cell_with_an_error_has_written_nothing(folder):
+    said = "server.py, line 1: invalid syntax: print(\nNothing was written: server.py is unchanged"
+    error = {"output_type": "error", "ename": "ExerciseError", "evalue": said}
+    broken = cells.Cell("code", "%%exercise server.py\nprint(", outputs=[error])
+    assert unlike(folder, [broken]) == {"server.py": f"{REFUSED}: server.py, line 1: invalid syntax: print("}
+    right = cells.Cell("code", "%%exercise server.py\nprint('one')\nprint('two')\n", outputs=[error])
+    assert unlike(folder, [right]) == {"server.py": ""}

@@ -48,6 +48,8 @@ def section(tmp_path):
 
 ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gave 4\nsecond line", "traceback": []}
 
+REFUSED = ERROR | {"ename": "ExerciseError", "evalue": "a.py, line 1: invalid syntax: x = 2 +\nNothing was written"}
+
 
 @pytest.mark.parametrize(
     ("cells", "state"),
@@ -58,6 +60,11 @@ ERROR = {"output_type": "error", "ename": "AssertionError", "evalue": "1 + 2 gav
         ([answer(None), check(count=None)], "not run"),
         ([answer(2), check(outputs=(ERROR,))], "not yet: 1 + 2 gave 4"),
         ([answer(4), check(count=3)], "run it again: the file was written again since"),
+        ([answer(4), check(count=3, outputs=(ERROR,))], "run it again: the file was written again since"),
+        (
+            [written("x = 2 +\n") | {"execution_count": 4, "outputs": [REFUSED]}, check(count=3, outputs=(ERROR,))],
+            "not yet: 1 + 2 gave 4",
+        ),
         ([check(count=3), answer(4)], "passed"),  # the file of a later part
         ([question("YOUR ANSWER HERE")], "not answered"),
         ([question("Because it blocks.")], "answered"),

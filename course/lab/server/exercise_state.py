@@ -40,7 +40,7 @@ class Reset(Beside):
         notebook = self.notebook(body["path"])
         try:
             stub = stubs.stub_of(notebook, cell)
-            copy = stubs.keep_copy(notebook.parent, file, text)
+            copy = stubs.keep_copy(notebook.parent, file, text.encode(errors="replace"), "before-reset")
         except CourseError as error:
             self.finish({"error": f"Nothing was changed: {error}"})
         except OSError as error:

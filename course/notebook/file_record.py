@@ -1,0 +1,67 @@
+"""A record beside a notebook: which text its exercise cells wrote to each file, and for which text a check passed.
+
+It outlives the kernel, and tells a file that was edited elsewhere from one that is as its cell wrote it.
+"""
+
+import contextlib
+import hashlib
+import json
+from pathlib import Path
+
+from course.foundation import cells, storage
+from course.foundation.untrusted import read_regular
+
+RECORD = ".exercise.json"
+WRITTEN, CHECKED = "written", "checked"
+
+
+def digest(content: bytes) -> str:
+    """Return what the record keeps of a text."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def digest_of(file: Path) -> str:
+    """Return the digest of a file as it lies there; '' if it cannot be read."""
+    with contextlib.suppress(OSError, ValueError):
+        return digest(read_regular(file, cells.MOST))
+    return ""
+
+
+def written(folder: Path) -> dict[str, str]:
+    """Return the digest of what a cell last wrote to each file of `folder`."""
+    return _texts(_record(folder).get(WRITTEN))
+
+
+def checked(folder: Path, check: str) -> dict[str, str]:
+    """Return the digest that each file had when the check called `check` last passed in `folder`."""
+    known = _record(folder).get(CHECKED)
+    return _texts(known.get(check)) if isinstance(known, dict) else {}
+
+
+def note_written(file: Path, content: bytes) -> None:
+    """Note that a cell has written `content` to `file`."""
+    _note(file.parent, WRITTEN, file.name, digest(content))
+
+
+def note_passed(folder: Path, check: str, files: list[str]) -> None:
+    """Note that the check called `check` has passed for the files of `folder` with these names."""
+    _note(folder, CHECKED, check, {name: digest_of(folder / name) for name in files})
+
+
+def _note(folder: Path, kind: str, key: str, value: object) -> None:
+    record = _record(folder)
+    known = record.get(kind)
+    record[kind] = {**(known if isinstance(known, dict) else {}), key: value}
+    with contextlib.suppress(OSError):  # without the note a file counts as edited, and a copy of it is kept
+        storage.replace(folder / RECORD, json.dumps(record).encode())
+
+
+def _record(folder: Path) -> dict[str, object]:
+    with contextlib.suppress(OSError, ValueError, RecursionError):
+        found = json.loads(read_regular(folder / RECORD, cells.MOST))
+        return found if isinstance(found, dict) else {}
+    return {}
+
+
+def _texts(found: object) -> dict[str, str]:
+    return {name: text for name, text in found.items() if isinstance(text, str)} if isinstance(found, dict) else {}
