@@ -1,5 +1,6 @@
 """The scripts in environment/, and the lock file."""
 
+import fcntl
 import json
 import os
 import re
@@ -64,6 +65,39 @@ def test_the_lock_is_for_all_the_pythons_that_pyproject_allows():
 def test_install_does_nothing_when_all_is_there():
     done = run("environment/install")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+@pytest.mark.parametrize("script", ["start", "install", "test", "classroom"])
+def test_help_is_printed_and_nothing_is_installed(script, tmp_path):
+    (tmp_path / "environment").mkdir()
+    for each in ("install", script):
+        shutil.copy(ROOT / "environment" / each, tmp_path / "environment")
+    for more in [["student"], []] if script == "start" else [[]]:
+        command = [tmp_path / "environment" / script, *more, "--help"]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, stdin=subprocess.DEVNULL)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert f"environment/{script}" in done.stdout and "set -" not in done.stdout
+        assert [path.name for path in tmp_path.iterdir()] == ["environment"]
+
+
+def test_a_second_installation_waits_for_the_first(tmp_path):
+    (tmp_path / "environment").mkdir()
+    shutil.copy(ROOT / "environment/install", tmp_path / "environment")
+    (tmp_path / "df").write_text("#!/bin/sh\necho Filesystem\necho disk 200000 1 100 1% /\n")
+    (tmp_path / "df").chmod(0o755)
+    with (tmp_path / ".venv.lock").open("w") as lock, (tmp_path / "said").open("w") as said:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        second = subprocess.Popen(
+            [tmp_path / "environment/install", "student"],
+            env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}"},
+            stderr=said,
+            stdin=subprocess.DEVNULL,
+        )
+        waits = f"Another installation is at work in {tmp_path}: waiting for it to end"
+        assert wait_until(lambda: waits in (tmp_path / "said").read_text(), 60)
+        assert second.poll() is None
+    assert second.wait(60) == 1
+    assert "Only 100 MB are free on this disk" in (tmp_path / "said").read_text()  # its turn has come
 
 
 def test_nobody_else_can_hold_the_locks_of_an_installation():
