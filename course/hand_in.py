@@ -123,8 +123,8 @@ class HandedIn:
         receipt = "Keep the archive: it is your receipt."
         if self.over:
             return receipt
-        sent = "It is in the exchange of your class. " if known() else ""
-        return f"{sent}{receipt} You can hand in again; the newest counts."
+        sent = "It is in the exchange of your class." if known() else "Now give the archive to your instructor."
+        return f"{sent} {receipt} You can hand in again; the newest counts."
 
 
 def _times(read: Callable[[], Any]) -> dict[str, datetime]:

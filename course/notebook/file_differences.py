@@ -61,7 +61,7 @@ FILE_EDITED = f"the file was edited, its cell was not: copy the change into the 
 BOTH_EDITED = f"the file was edited, and its cell, too: copy the file's change into the cell ({REPLACES})"
 DIFFERS = "differs from its cell: since the cell was run, the cell or the file was edited"
 NOT_WRITTEN = "not written yet: run its cell"
-REFUSED = "nothing was written when its cell was last run, because the cell has an error"
+REFUSED = "its cell had an error when it was last run, and nothing was written"
 
 
 def unlike(folder: Path, known: list[cells.Cell]) -> dict[str, str]:

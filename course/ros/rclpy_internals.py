@@ -80,6 +80,15 @@ def action_name(client: ActionClient) -> str:
     return client._node.resolve_topic_name(client._action_name)
 
 
+def owner(client: Client | ActionClient) -> str:
+    """Return the full name of the node that a client belongs to.
+
+    Seen in 7.1.6: a client knows only the name of its node's logger, which has dots for the slashes.
+    """
+    node = getattr(client, "_node", None)
+    return node.get_fully_qualified_name() if node else f"/{client.logger_name.replace('.', '/')}"
+
+
 def client_of(node: Node, future: Future) -> Client | ActionClient | None:
     """Return the client or the action client of `node` that waits for this future; None if there is none."""
     from rclpy.action import ActionClient

@@ -74,7 +74,7 @@ class LogFollower:
         for number, report in enumerate(program.reports if over else []):
             if (program, number) not in self._ended:
                 self._ended.add((program, number))
-                yield Entry("ENDED", program.name, report.line, time.time_ns())
+                yield Entry("ENDED", program.name, report.line, int(1e9 * (program.over or time.time())))
 
     def _newest(self, entries: Iterable[Entry], limit: int, lost: int) -> tuple[list[Entry], int]:
         found = [entry for entry in entries if self._wanted is None or self._wanted(entry)]

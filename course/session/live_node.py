@@ -43,6 +43,7 @@ class LiveNode:
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]
         self.started = time.time()
+        self.over: float | None = None  # nobody asks: one that was stopped is in no table
 
     @property
     def alive(self) -> bool:

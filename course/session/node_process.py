@@ -68,6 +68,7 @@ class NodeProcess:
         self._lines: deque[str] = deque(maxlen=KEPT_LINES)
         self._came: deque[int] = deque(maxlen=KEPT_LINES)  # when each of these lines came, ns since 1970
         self.started = time.time()
+        self.over: float | None = None  # when it was first seen to have ended, as `started`
         self._popen: subprocess.Popen[str]
         started: Future[None] = Future()
         self._reader = threading.Thread(
@@ -121,12 +122,16 @@ class NodeProcess:
                 awaited = ""
                 self._changed()
         self._popen.wait()
+        self.over = self.over or time.time()
         self._changed()
 
     @property
     def alive(self) -> bool:
         """Return True while the process runs."""
-        return self._popen.poll() is None
+        if self._popen.poll() is None:
+            return True
+        self.over = self.over or time.time()
+        return False
 
     @property
     def pid(self) -> int:

@@ -191,7 +191,9 @@ class StartedNodes:
         for key, handle in list(self._handles.items()):
             reports = tuple(map(str, handle.reports))
             for name in handle.nodes or [handle.name]:
-                rows.append(Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports))
+                alive = handle.alive
+                row = Row(name, handle.state, handle.started, handle.where, key, alive, reports, over=handle.over)
+                rows.append(row)
                 known.add(name)
         outside = self._outsiders.nodes()
         for each in outside:  # it may have the same name as one of them

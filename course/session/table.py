@@ -20,10 +20,11 @@ class Row:
     alive: bool = True
     reports: tuple[str, ...] = ()  # reports on its exceptions and its end, with the reader's own lines
     process: tuple[int, int] | None = None  # id and birth of a process started by others that may be stopped here
+    over: float | None = None  # time.time() of its end, if it has ended and that is known
 
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of the row."""
-        since = time.strftime("%H:%M:%S", time.localtime(self.since)) if self.since else ""
+        since = " to ".join(time.strftime("%H:%M:%S", time.localtime(at)) for at in (self.since, self.over) if at)
         return one_line(self.name), one_line(self.state), since, one_line(self.where)
 
 

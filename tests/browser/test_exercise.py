@@ -53,6 +53,23 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     panel.get_by_role("button", name="Run all checks").click()
     expect(checks).to_contain_text("✓greets: passed")
     expect(panel).to_contain_text("1 of 2 parts done, worth up to 2 of 5 points")
+    # What changes on the disk is seen, and told from a change of the cell.
+    (lab[2] / "steps/greeter/greeter.py").write_text(f"{SERVER}# by hand\n")
+    expect(panel).to_contain_text("the file was edited, its cell was not")
+    expect(checks).to_contain_text("greets: changed since the check: greeter.py")
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("✓greets: passed")
+    panel.get_by_role("button", name="Run the cell of greeter.py").click()
+    expect(cell(page, FILE)).to_contain_text("what it contained is now in greeter.edited-1.py")
+    expect(checks).to_contain_text("greets: run it again: the file was written again since")
+    type_answer(page, SERVER.replace("def main(args=None):", "def main(args=None)"))
+    panel.get_by_role("button", name="Run the cell of greeter.py").click()
+    expect(panel).to_contain_text(
+        "its cell had an error when it was last run, and nothing was written: greeter.py, line"
+    )
+    type_answer(page, SERVER)
+    panel.get_by_role("button", name="Run the cell of greeter.py").click()
+    expect(panel).to_contain_text("the same as in its cell")
     # Hints come one after the other, and are drawn as in the notebook.
     expect(panel).to_contain_text("Tipp 2: open the hint before it first")
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)

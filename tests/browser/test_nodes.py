@@ -70,6 +70,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     node.click()
     expect(panel).to_contain_text("/greet std_srvs/srv/Trigger")
     expect(panel).to_contain_text("word = 'hello'")
+    expect(panel).to_contain_text(re.compile(r"process \d+, since \d\d:\d\d:\d\d(?! [AP]M)"))
     expect(panel.locator("wbr")).not_to_have_count(0)  # where start_type_description_service is broken
     log = panel.get_by_role("log")
     expect(log).to_contain_text("INFO greeter greeted")
@@ -122,6 +123,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     (lab[2] / "died/die").touch()
     panel.get_by_role("button", name="/greeter dead").click()
     expect(panel.locator(".ros-story")).to_contain_text("ZeroDivisionError")
+    expect(panel).to_contain_text(re.compile(r", from \d\d:\d\d:\d\d to \d\d:\d\d:\d\d"))
     expect(panel.locator(".ros-story")).to_contain_text("greeter.py, line")
     expect(panel.get_by_role("log")).to_contain_text("ENDED ended with exit status 1")
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()

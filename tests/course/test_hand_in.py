@@ -268,6 +268,7 @@ def test_a_class_on_one_server_tells_ones_own_dates(folder, tmp_path, monkeypatc
     book = json.loads((folder / "greeter.ipynb").read_text())
     book["metadata"]["course"] = {"due": "2026-11-02T09:30:05+00:00", "until": "2026-11-10T09:30:05+00:00"}
     (folder / "greeter.ipynb").write_text(json.dumps(book))
+    assert "Now give the archive to your instructor." in hand_in.HandedIn(tmp_path, [], {}).kept
     monkeypatch.setenv(hand_in.DATES, str(dates))
     monkeypatch.setenv(hand_in.EXCHANGE, "ros2")
     found = hand_in.read(folder)

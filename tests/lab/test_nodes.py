@@ -69,7 +69,9 @@ def test_a_file_is_seen_to_run_is_stopped_and_started_again(kernel, page):
     assert node["key"] == "greeter.py"
     assert re.fullmatch(r"greeter.py, process \d+", node["where"])
     assert page.ask("nodes.stop", name="greeter.py")["result"] is None
-    assert nodes_until(page, "/greeter", "stopped")["key"] == "greeter.py"
+    stopped = nodes_until(page, "/greeter", "stopped")
+    assert stopped["key"] == "greeter.py"
+    assert stopped["since"] < stopped["over"] < time.time()
     assert kernel.run("print(ros.nodes())") == "[]"
     assert page.ask("nodes.restart", name="greeter.py")["result"] is None
     assert nodes_until(page, "/greeter", "running")["where"] != node["where"]
@@ -124,6 +126,25 @@ def test_a_dead_program_tells_how_and_the_next_cell_still_says_so(kernel, page):
     assert "ZeroDivisionError" in kernel.run("pass")
     (kernel.folder / "dying.py").write_text("syntax error")
     assert "ended with exit status 1: SyntaxError" in page.ask("nodes.restart", name="dying.py")["error"]
+
+
+def test_a_death_has_the_time_at_which_it_died_whoever_looks_later(kernel, page):
+    began = time.time()
+    (kernel.folder / "brief.py").write_text("import time\nprint('here')\ntime.sleep(0.3)\nraise SystemExit(4)\n")
+    kernel.run("try:\n    ros.start('brief.py')\nexcept Exception:\n    pass")
+    seen = page.subscribe("nodes")
+    node = nodes_until(page, "brief.py", "dead")
+    died = node["over"]
+    assert began < node["since"] < died < time.time()
+    page.ask("unsubscribe", id=seen)
+    for _ in range(2):  # as after a reload
+        page.subscribe("log", nodes=["brief.py"])
+        lines, _ = lines_until(page, "exit status 4")
+        stamps = {line[0]: float(line[3]) for line in lines}
+        assert stamps["PRINT"] < stamps["ENDED"] == pytest.approx(died, abs=1e-3)
+    assert re.search(
+        r"brief.py +ended with exit status 4: .* [\d:]{8} to [\d:]{8}", kernel.run("print(repr(ros.nodes()))")
+    )
 
 
 def test_what_is_not_there_is_told_in_a_sentence(page):

@@ -161,6 +161,21 @@ def test_a_client_of_a_node_in_the_kernel_is_seen(kernel, page):
     kernel.run("ros.stop('inner')")
 
 
+def test_a_call_that_a_cell_sends_by_a_node_of_its_own_is_the_nodes(kernel, page):
+    kernel.run(
+        "import rclpy\nfrom rclpy.node import Node\n"
+        "class Asker(Node):\n"
+        "    def __init__(self):\n"
+        "        super().__init__('asker', namespace='/room')\n"
+        "        self.client = self.create_client(AddTwoInts, '/add_two_ints')\n"
+        "asker = ros.start(Asker).node\n"
+        "ros.wait(asker.client.call_async(AddTwoInts.Request(a=4, b=7)))"
+    )
+    exchange = events(kernel, name="/add_two_ints", by="/room/asker", state="over")
+    assert exchange["events"][0][2] == "a: 4\nb: 7"
+    kernel.run("ros.stop('asker')")
+
+
 def test_a_call_without_an_answer_says_why(kernel, page):
     kernel.run("from std_srvs.srv import Trigger\nros.call('/stuck', Trigger, timeout=0.3)")
     assert "/stuck did not answer within 0.3 s" in events(kernel, name="/stuck", state="failed")["failed"]

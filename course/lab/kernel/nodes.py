@@ -1,7 +1,9 @@
 """The nodes panel: running and dead nodes, their topics, services, actions and parameters; restart and stop."""
 
 import threading
+import time
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 from rcl_interfaces.msg import ParameterValue
@@ -61,7 +63,7 @@ def stop(name: str) -> None:
     live = session()
     rows = [row for row in live.rows() if row.started_as == name]
     live.stop(name)
-    _stopped.extend(rows)
+    _stopped.extend(row if row.over else replace(row, over=time.time()) for row in rows)
 
 
 def end(process: int, born: int) -> None:
@@ -77,6 +79,7 @@ def _shown(row: Row, state: str) -> dict[str, Any]:
         "state": state,
         "line": row.state if state != "stopped" else "stopped",
         "since": row.since,
+        "over": row.over,
         "where": row.where,
         "stories": list(row.reports),
     }

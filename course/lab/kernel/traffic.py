@@ -33,8 +33,16 @@ from course.lab.kernel.nodes import of_interest
 from course.lab.kernel.panels import Changes
 from course.recorders import STATUS
 from course.ros import messages
-from course.ros.names import type_name
-from course.ros.rclpy_internals import RCLError, action_name, action_type, replace_in_rclpy, unwatched, watch_clients
+from course.ros.names import is_hidden, type_name
+from course.ros.rclpy_internals import (
+    RCLError,
+    action_name,
+    action_type,
+    owner,
+    replace_in_rclpy,
+    unwatched,
+    watch_clients,
+)
 from course.session.live import Session, current
 from course.session.logs import decoded
 from course.session.presence import EVENTS
@@ -271,7 +279,7 @@ class Traffic:
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
         """Record a request that a client of this kernel has sent."""
         kind: Any = client.srv_type
-        exchange = keep(Exchange("service", client.service_name, type_name(kind), _here()))
+        exchange = keep(Exchange("service", client.service_name, type_name(kind), _sender(client)))
         exchange.add("request", request, at)
         future.add_done_callback(lambda done: self._answered(exchange, done))
 
@@ -286,7 +294,7 @@ class Traffic:
         """Record a goal that an action client of this kernel sends; the inspector shows its own goals."""
         exchange = None
         if not own and (kind := action_type(client)):
-            exchange = Exchange("action", action_name(client), type_name(kind), _here())
+            exchange = Exchange("action", action_name(client), type_name(kind), _sender(client))
             exchange.add("goal", goal)
         with self._noting:
             _remember(self._goals, goal_id, _Goal(exchange))
@@ -352,6 +360,12 @@ def _remember(known: dict[Any, Any], key: object, value: object, most: int = OPE
     known[key] = value
     while len(known) > most:
         del known[next(iter(known))]
+
+
+def _sender(client: Client | ActionClient) -> str:
+    """Return who sends with a client of this kernel: its node, or what uses the session's own hidden node."""
+    node = owner(client)
+    return _here() if is_hidden(node) else node
 
 
 def _here() -> str:

@@ -61,7 +61,7 @@ class HandingIn(Beside):
                     tell=lambda ran, of: tell({"ran": ran, "of": of}),
                 )
                 archive = str(Path(path).parent / done.archive.name)
-                tell({"done": {"archive": archive, "files": done.files, "checks": done.checks,
+                tell({"done": {"archive": archive, "sent": hand_in.known(), "files": done.files, "checks": done.checks,
                                "said": [*filter(None, [done.summary, done.lateness]), done.kept]}})  # fmt: skip
             except HandInError as error:
                 tell({"error": str(error)})

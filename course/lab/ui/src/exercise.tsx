@@ -38,6 +38,7 @@ interface File {
 // The title of a foldable hint, a word and a number in any language: "Hint 1: where to look".
 const HINT = /<details>\s*<summary>\s*([^\s<]+ \d+(?::[^<]*)?)\s*<\/summary>([\s\S]*?)<\/details>/g;
 const SETTLE = 400; // ms after a change of the notebook
+const AGAIN = 2000; // ms between two looks at the files, which may change without the notebook
 
 export class ExercisePanel extends SidePanel {
   constructor(
@@ -64,11 +65,16 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
     }
     let timer = 0;
     let gone = false;
+    const every = window.setInterval(() => {
+      if (panel.context.isReady && !document.hidden) {
+        void look();
+      }
+    }, AGAIN);
     const look = async () => {
       try {
         const found = await (await post('exercise', { path: panel.context.path, cells: cellsOf(panel) })).json();
         if (!gone) {
-          setState(found);
+          setState(before => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
           setFailed('');
         }
       } catch (error) {
@@ -92,6 +98,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
     return () => {
       gone = true;
       window.clearTimeout(timer);
+      window.clearInterval(every);
       panel.context.model?.contentChanged.disconnect(later);
       panel.sessionContext.statusChanged.disconnect(later);
     };

@@ -357,16 +357,17 @@ interface Summary {
 
 /** The flow diagram of one of the last calls and goals. */
 function Flows({ link }: { link: Link }): JSX.Element {
-  const [all, setAll] = React.useState<Summary[]>([]);
+  const [known, setAll] = React.useState<Summary[] | null>(null);
   const [number, setNumber] = React.useState<string | null>(null);
   const [failed, setFailed] = React.useState('');
-  useTopic(link, 'inspector.exchanges', {}, setAll, () => setAll([]), setFailed);
+  useTopic(link, 'inspector.exchanges', {}, setAll, () => setAll(null), setFailed);
+  const all = known ?? [];
   const one = all.find(each => each.number === number) ?? all[0];
   return (
     <section className="ros-Flows" aria-label="Calls and goals">
       <h3>Calls and goals</h3>
       {failed && <p>{failed}</p>}
-      {!one && <p className="ros-quiet">No calls and no goals yet. Send one with the Inspector, in a cell or in a terminal.</p>}
+      {known && !one && <p className="ros-quiet">No calls and no goals yet. Send one with the Inspector, in a cell or in a terminal.</p>}
       {one && (
         <>
           <select

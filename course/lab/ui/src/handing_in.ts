@@ -19,6 +19,7 @@ export interface Ask {
 
 interface Done {
   archive: string;
+  sent: boolean; // to the exchange of the class
   files: string[];
   checks: { [check: string]: string };
   said: string[];
@@ -208,7 +209,7 @@ async function showDone(done: Done, contents: Contents.IManager): Promise<void> 
   }
   done.said.forEach(text => body.append(element('p', '', text)));
   await showDialog({
-    title: 'Handed in',
+    title: done.sent ? 'Handed in' : 'Packed: now give this archive to your instructor',
     body: new Widget({ node: body }),
     buttons: [Dialog.okButton({ label: 'Close' })]
   });

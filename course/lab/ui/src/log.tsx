@@ -6,6 +6,8 @@ import { Link } from './link';
 import { useTopic } from './panel';
 
 const KEPT = 1000; // lines in the page
+const SEARCH = 300; // ms without a key until a search begins
+const FIRST = 1000; // ms in which the first lines come, if there are any
 const LEVELS: [string, string][] = [
   ['DEBUG', 'All levels'],
   ['INFO', 'INFO and above'],
@@ -34,7 +36,9 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
   const [node, setNode] = React.useState('');
   const [level, setLevel] = React.useState('DEBUG');
   const [search, setSearch] = React.useState('');
-  const text = useSettled(search);
+  const text = useSettled(search, SEARCH);
+  const up = link?.state === 'up';
+  const listened = useSettled(up, FIRST);
   const [{ lines, lost }, setShown] = React.useState<Shown>(EMPTY);
   const [failed, setFailed] = React.useState('');
   const chosen = nodes.find(each => each.name === node);
@@ -90,7 +94,7 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
         {failed}
         {lost > 0 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
       </div>
-      {lines.length === 0 && !failed && <p className="ros-quiet">No lines yet.</p>}
+      {lines.length === 0 && !failed && up && listened && <p className="ros-quiet">No lines yet.</p>}
       <div
         className="ros-Log-lines"
         ref={box}
@@ -136,9 +140,8 @@ const LogLine = React.memo(({ line, named }: { line: Line; named: boolean }) => 
 /** When a line was logged, by the reader's clock; the whole stamp, as ROS has it, is the title. */
 function Time({ stamp }: { stamp: string }): JSX.Element {
   const at = new Date(1000 * Number(stamp));
-  const two = (value: number) => String(value).padStart(2, '0');
   const day = `${at.getFullYear()}-${two(at.getMonth() + 1)}-${two(at.getDate())}`;
-  const time = `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
+  const time = clock(Number(stamp));
   const decimals = stamp.slice(stamp.indexOf('.'));
   return (
     <>
@@ -147,6 +150,16 @@ function Time({ stamp }: { stamp: string }): JSX.Element {
       </time>{' '}
     </>
   );
+}
+
+/** Return a time of day (s since 1970) by the reader's clock, in 24 hours. */
+export function clock(seconds: number): string {
+  const at = new Date(1000 * seconds);
+  return [at.getHours(), at.getMinutes(), at.getSeconds()].map(two).join(':');
+}
+
+function two(value: number): string {
+  return String(value).padStart(2, '0');
 }
 
 function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number }): Shown {
@@ -164,10 +177,10 @@ function added(before: Shown, data: { lines: [string, string, string, string][];
 }
 
 /** Return a value once it is stable for a moment, so that not every key starts a new search. */
-function useSettled(value: string): string {
+function useSettled<Value>(value: Value, wait: number): Value {
   const [settled, setSettled] = React.useState(value);
   React.useEffect(() => {
-    const timer = window.setTimeout(() => setSettled(value), 300);
+    const timer = window.setTimeout(() => setSettled(value), wait);
     return () => window.clearTimeout(timer);
   }, [value]);
   return settled;

@@ -6,7 +6,7 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { Link } from './link';
-import { Log } from './log';
+import { clock, Log } from './log';
 import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const nodesIcon = new LabIcon({
@@ -25,6 +25,7 @@ interface Node {
   state: 'running' | 'dead' | 'stopped';
   line: string;
   since: number | null; // s since 1970
+  over: number | null; // s since 1970; null while it runs, or where nobody knows
   where: string;
   stories: string[];
 }
@@ -202,7 +203,8 @@ function NodeDetails({ node, link }: { node: Node; link: Link }): JSX.Element {
     <div className="ros-Node-details">
       <p>
         {node.where}
-        {node.since !== null && `, since ${new Date(1000 * node.since).toLocaleTimeString()}`}
+        {node.since !== null &&
+          (node.over === null ? `, since ${clock(node.since)}` : `, from ${clock(node.since)} to ${clock(node.over)}`)}
       </p>
       {node.stories.slice(-1).map(story => (
         <pre className="ros-story" key={story}>

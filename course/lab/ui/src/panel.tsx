@@ -9,6 +9,8 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link, State } from './link';
 
+const HIDDEN = 1000; // ms: JupyterLab hides everything for a moment when its theme changes
+
 /** A side panel that is drawn, and follows the kernel, only while it is visible. */
 export abstract class SidePanel extends ReactWidget {
   constructor(
@@ -51,7 +53,8 @@ export abstract class SidePanel extends ReactWidget {
   }
 
   protected onBeforeHide(message: Message): void {
-    this._see(false);
+    window.clearTimeout(this._hiding);
+    this._hiding = window.setTimeout(() => this._see(false), HIDDEN);
     super.onBeforeHide(message);
   }
 
@@ -61,6 +64,7 @@ export abstract class SidePanel extends ReactWidget {
   }
 
   private _see(seen: boolean): void {
+    window.clearTimeout(this._hiding);
     if (seen !== this._seen) {
       this._seen = seen;
       if (seen) {
@@ -72,6 +76,7 @@ export abstract class SidePanel extends ReactWidget {
     }
   }
 
+  private _hiding = 0;
   private _seen = false;
 }
 

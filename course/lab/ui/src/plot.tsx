@@ -111,7 +111,6 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
               role="img"
               aria-label={`Over the last ${memory.span} s: ${about}`}
               tabIndex={0}
-              data-lm-suppress-shortcuts="true"
               onKeyDown={event => {
                 const by = { ArrowLeft: -STEP, ArrowRight: STEP }[event.key];
                 if (by && paused) {
@@ -129,9 +128,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
             />
           </div>
           <div className="ros-Robot-controls" role="group" aria-label="The plot">
-            <button aria-pressed={paused} onClick={() => change({ until: paused ? null : end() })}>
-              Pause
-            </button>
+            <button onClick={() => change({ until: paused ? null : end() })}>{paused ? 'Continue' : 'Pause'}</button>
             <label>
               Show
               <select value={memory.span} onChange={event => change({ span: Number(event.target.value) })}>
@@ -197,13 +194,14 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
 /** The choice of the next number to draw. */
 function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string, type: string) => void }): JSX.Element {
   const { link } = props;
-  const [topics, setTopics] = React.useState<[string, string][]>([]);
+  const [known, setTopics] = React.useState<[string, string][] | null>(null);
   const [chosen, setChosen] = React.useState('');
   const [fields, setFields] = React.useState<string[]>([]);
   const [field, setField] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
-  useTopic(link, 'plot.topics', {}, setTopics, () => setTopics([]), setFailed);
+  useTopic(link, 'plot.topics', {}, setTopics, () => setTopics(null), setFailed);
+  const topics = known ?? [];
   const usual = FIRST.map(name => topics.find(each => each[0] === name)).find(found => found);
   const [topic, type] = topics.find(each => each[0] === chosen) ?? usual ?? topics[0] ?? ['', ''];
   React.useEffect(() => {
@@ -228,7 +226,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
     };
   }, [link, topic, type]);
   if (!topics.length) {
-    return <p className="ros-quiet">{failed || 'No node publishes a topic yet.'}</p>;
+    return <p className="ros-quiet">{failed || (known && 'No node publishes a topic yet.')}</p>;
   }
   return (
     <form

@@ -137,14 +137,12 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         {message === null && (
           <span className="ros-quiet">
             {state.room.name && `room: ${state.room.name}`}
-            {drives.length > 0 && `${state.room.name ? ', ' : ''}driven by ${drives.join(' and ')}`}
+            {sees.length > 0 && drives.length > 0 && `${state.room.name ? ', ' : ''}driven by ${drives.join(' and ')}`}
           </span>
         )}
         {message === null && !failed && sees.length > 0 && world && (
           <span className="ros-buttons">
-            <button aria-pressed={paused} onClick={pause}>
-              Pause
-            </button>
+            <button onClick={pause}>{paused ? 'Continue' : 'Pause'}</button>
             <button onClick={reset}>Reset</button>
           </span>
         )}
@@ -153,12 +151,12 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         {failed || message}
       </div>
       <FirstCell current={current} link={link} />
-      {message !== null && (
+      {message !== null && (!link || link.state === 'waiting') && (
         <p className="ros-quiet">The robot, its room and what it sees are drawn here while a notebook simulates them.</p>
       )}
       {message === null && !failed && state.nodes && (
         <>
-          {sees.length === 0 && <NoRobot rooms={rooms} link={link!} drives={drives} />}
+          {sees.length === 0 && <NoRobot was={state.scan !== null} rooms={rooms} link={link!} drives={drives} />}
           {(sees.length > 0 || state.scan) && (
             <>
               <div className="ros-Robot-main">
@@ -232,10 +230,12 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
 
 /** The advice for an empty view. */
 function NoRobot({
+  was,
   rooms,
   link,
   drives
 }: {
+  was: boolean; // true if there has been one
   rooms: { [name: string]: string };
   link: Link;
   drives: string[];
@@ -256,7 +256,7 @@ function NoRobot({
   return (
     <>
       <p className="ros-Panel-message">
-        No robot yet. Run a cell that starts a world, or start one here: the node <code>/world</code>, in real time
+        No robot {was ? 'any more' : 'yet'}. Run a cell that starts a world, or start one here: the node <code>/world</code>, in real time
         {drives.length ? ', for what drives now' : ''}.
       </p>
       <div className="ros-Robot-controls">
@@ -353,7 +353,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
   const sectors = state.scan?.sectors;
   const stale = state.scan !== null && !state.fresh(performance.now());
   return (
-    <dl className="ros-Robot-facts" aria-label="What the robot sees and does">
+    <dl className={`ros-Robot-facts${state.nodes?.sees.length ? '' : ' ros-mod-old'}`} aria-label="What the robot sees and does">
       {SIDES.map(side => (
         <div key={side}>
           <span className="ros-Robot-swatch" style={{ background: `var(--ros-robot-${side})` }} aria-hidden="true" />

@@ -124,7 +124,6 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
       className="ros-Robot-pad"
       role="group"
       aria-label="Drive"
-      data-lm-suppress-shortcuts="true"
       onKeyDown={event => {
         const way = Driver.way(event.key);
         if (way && !(event.target instanceof HTMLInputElement)) {

@@ -14,7 +14,7 @@ const CLOSEST = 16; // times the whole room
 const KEYS: [string, string][] = [
   ['Space', 'pause, continue'],
   ['O', `drop an obstacle ${AHEAD} m ahead`],
-  ['R', 'reset'],
+  ['Shift+R', 'reset'],
   ['+, −', 'faster, slower simulation']
 ];
 const DRIVE: [string, string][] = [['Arrow keys', 'drive, as long as they are held']];
@@ -171,7 +171,7 @@ export function Stage(props: Props): JSX.Element {
       props.drop(robot[0] + AHEAD * Math.cos(robot[2]), robot[1] + AHEAD * Math.sin(robot[2]));
     } else if (pressed === ' ') {
       props.pause();
-    } else if (pressed === 'r') {
+    } else if (pressed === 'r' && event.shiftKey) {
       props.reset();
     } else if (pressed === '+' || pressed === '-') {
       props.faster(pressed === '+' ? 1 : -1);
@@ -198,7 +198,6 @@ export function Stage(props: Props): JSX.Element {
         <canvas
           ref={canvas}
           className={`ros-Robot-canvas${props.dropping ? ' ros-mod-dropping' : ''}`}
-          data-lm-suppress-shortcuts="true"
           role="application"
           aria-label="The robot, and what it sees around it"
           aria-describedby={keys}

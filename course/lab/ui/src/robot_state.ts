@@ -18,6 +18,7 @@ export type Place = [number, number, number];
 const TRAIL = 1200; // places
 const JUMP = 0.7; // m between two poses: the robot was put there instead of driving
 const STALE = 1500; // ms without a scan
+const REST = 0.005; // m/s, rad/s: what is shown as 0.00
 
 export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
@@ -48,6 +49,7 @@ export class RobotState {
       if (data.room.name && drive !== this._drive) {
         this.trail = this._told ? this.trail : [];
         this._drive = drive;
+        this._driven = this.command !== null;
       }
       this.room = data.room;
     }
@@ -72,12 +74,19 @@ export class RobotState {
     this.idle = data.idle ?? this.idle;
     this.says = data.state ?? this.says;
     this.collisions = data.collisions ?? this.collisions;
+    if (data.nodes?.sees.length && this.nodes?.sees.length === 0) {
+      this._driven = this.command !== null; // another robot
+    }
     this.nodes = data.nodes ?? this.nodes;
   }
 
-  /** Return the effect of the last command, in words. */
+  /** Return the effect of the last command, in words; a world in fast mode stands still in the middle of a drive. */
   get doing(): string {
-    return this.command === null && this._driven ? 'none any more: the robot has stopped' : doing(this.command);
+    if (this.command !== null || !this._driven) {
+      return doing(this.command);
+    }
+    const rests = this.moves?.every(speed => speed !== null && Math.abs(speed) < REST);
+    return rests ? 'none any more: the robot has stopped' : 'none any more';
   }
 
   /** Return true if scans arrive. */
