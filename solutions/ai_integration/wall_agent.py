@@ -17,9 +17,9 @@ class WallAgent:
         self.state = State.STOPPED
 
     def decide_action(self, distances):
-        """Return the speeds for 'front' and 'right' (m), inf where nothing is.
+        """Return a dict of 'linear' (m/s) and 'angular' (rad/s, left positive).
 
-        They are a dict of 'linear' (m/s) and 'angular' (rad/s), left positive.
+        'front' and 'right' are the nearest distances (m), inf where nothing is.
         """
         front, right = distances['front'], distances['right']
         if front < 0.5:
