@@ -79,11 +79,12 @@ class InfrastructureError(AutograderError):
 
 
 class JudgeDied(InfrastructureError):
-    """The judging process died or had to be ended; `verdicts` are those that it had given."""
+    """The judging process died or had to be ended."""
 
-    def __init__(self, message: str, verdicts: list[Verdict]):
+    def __init__(self, message: str, verdicts: list[Verdict], suspects: list[str], busy: float):
+        """`verdicts` are those that it had given; `suspects` and `busy` are those of `records.Ended`."""
         super().__init__(message)
-        self.verdicts = verdicts
+        self.verdicts, self.suspects, self.busy = verdicts, suspects, busy
 
 
 class SandboxError(InfrastructureError):

@@ -28,7 +28,7 @@ KILLED_WORKERS = "killed_workers"  # given up because workers died while grading
 BUSY_MACHINE = "busy_machine"  # points were lost while all cores had long run queues, and grading again did not help
 TIME_UNKNOWN = "time_unknown"  # the time of the hand-in is not certain: no late penalty
 STUB_OF = "stub_of:"  # before a file's name: it was not handed in, and the notebook's unsolved cell was graded
-KILLED_JUDGE = "killed_judge"  # the judging process died at each try; only tests judged before that count
+KILLED_JUDGE = "killed_judge"  # the judging process died at least once; what it had judged as lost stays lost
 
 MESSAGE, DETAIL = 3000, 4000  # characters of a test's text for the student and for the instructor
 
@@ -66,6 +66,7 @@ class Job:
     core: int  # the processor core for the programs, if this machine has no control groups
     patience: float = 1.0  # multiplies every wait, for slow machines
     chosen: list[str] = field(default_factory=list)  # the hidden tests to run; empty for all
+    refused: dict[str, str] = field(default_factory=dict)  # handed-in files that are not run, and why, for the student
 
 
 # From the judging process, through the launcher: a Verdict for each test, and one Finished.
@@ -104,6 +105,7 @@ class Ended:
     status: int  # its exit status, or minus the signal that killed it
     said: str  # its Verdicts and its Finished, as received, one line each: it may have been taken over by a program
     stopped: str = ""  # why the launcher ended it
+    suspects: list[str] = field(default_factory=list)  # handed-in files whose programs sent much, see `sandbox.traffic`
     busy: float = 0.0  # runnable threads per core of the machine, on average over the job
 
 

@@ -23,6 +23,7 @@ from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine_load import Load
 from autograder.sandbox.sandbox import MEMORY, Sandbox
 from autograder.sandbox.supervision import GLANCE
+from autograder.sandbox.traffic import WHY, Traffic
 from autograder.sandbox.usage import children, of_sandbox, of_user, processes, running, takes_more
 from course.foundation.waiting import wait_until
 
@@ -62,6 +63,7 @@ class Launcher:
         self._forkserver = Forkserver() if confinement == "root" and SUPPORTED else None
         numbers = range(1, DOMAINS + 1)
         self._networks = None if confinement == UNSAFE else dict(zip(numbers, networks.make(DOMAINS), strict=True))
+        self._counters = {domain: networks.counter(network) for domain, network in (self._networks or {}).items()}
 
     def run(self, job: Job) -> Ended | None:
         """Have one job done; None if stdin was closed meanwhile."""
@@ -69,7 +71,7 @@ class Launcher:
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         sandbox = Sandbox(self.confinement, job.files, own, job.core, self._forkserver)
         with users.borrowed(self.confinement) as user, sandbox, channel:
-            server = LaunchServer(channel, sandbox, self._networks)
+            server = LaunchServer(channel, sandbox, self._networks, job.refused)
             with theirs:
                 self._hand_over(job, user, theirs)
             ended = self._serve(server, channel, user, job.limit)
@@ -102,7 +104,7 @@ class Launcher:
 
         Returns None if stdin is closed before.
         """
-        stopped, end, look, load = "", time.monotonic() + limit, 0.0, Load()
+        stopped, end, look, load, traffic = "", time.monotonic() + limit, 0.0, Load(), Traffic(self._counters)
         waiting = [channel, self._control, sys.stdin]
         while True:
             ready = select.select(waiting, [], [], GLANCE)[0]
@@ -112,7 +114,8 @@ class Launcher:
                 status = int(self._control.recv(100) or -signal.SIGKILL)
                 if channel in waiting:
                     server.finish()
-                return Ended(status, bytes(server.said).decode(errors="replace"), stopped, round(load.average, 1))
+                said, suspects = bytes(server.said).decode(errors="replace"), server.files(traffic.suspicious)
+                return Ended(status, said, stopped, suspects, round(load.average, 1))
             elif sys.stdin in ready:
                 return None
             if not stopped and time.monotonic() > look:
@@ -120,6 +123,8 @@ class Launcher:
                 load.look(
                     lambda: running(processes(os.getpid()).keys() - {os.getpid()})
                 )  # no program makes its own machine busy
+                for domain in traffic.look(server.used):
+                    server.stop(domain, WHY)
                 stopped = self._too_much(user, end)
                 if stopped:
                     self._control.send(b"end")

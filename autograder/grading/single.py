@@ -29,6 +29,7 @@ from autograder.records import (
     Verdict,
 )
 from autograder.sandbox import machine_load, processor_core
+from autograder.sandbox.traffic import SUSPICIOUS
 from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
@@ -37,6 +38,11 @@ CALM_TIMEOUT = 30.0  # s to wait for the machine to become less busy
 GRACE = 30.0  # s that judging may take beyond the tests' time limit
 BROUGHT_DOWN = (
     "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
+)
+
+REFUSED = (
+    f"it was not run again: the process that grades it died after it had sent more than {SUSPICIOUS >> 20} MiB at once "
+    "to other programs; send only what the task asks for"
 )
 
 log = logging.getLogger("autograder")
@@ -102,10 +108,11 @@ def _judge_calmly(
     submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float
 ) -> Judgement:
     """Judge the submission; judge it again, with the same inputs, while a busy machine may have cost points."""
-    judgement = _try(submission, exercise, confinement, seed, patience)
+    deaths: list[JudgeDied] = []
+    judgement = _try(submission, exercise, confinement, seed, patience, deaths)
     for number in range(2, TRIES + 1):
         if not judgement.in_doubt:
-            return judgement
+            break
         lost = len(judgement.verdicts) - judgement.passed
         log.info(
             "%s/%s: %d tests not passed while the machine was busy (%.0f threads waited for each core): waiting up to "
@@ -113,20 +120,28 @@ def _judge_calmly(
             *(submission.student, submission.assignment, lost, judgement.busy, CALM_TIMEOUT, number, TRIES),
         )
         machine_load.wait_for_calm(CALM_TIMEOUT)
-        again = _try(submission, exercise, confinement, seed, patience)
+        again = _try(submission, exercise, confinement, seed, patience, deaths)
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
             judgement = again
-    return replace(judgement, flags=[*judgement.flags, BUSY_MACHINE]) if judgement.in_doubt else judgement
+    flags = [*([KILLED_JUDGE] if deaths else []), *([BUSY_MACHINE] if judgement.in_doubt else [])]
+    return replace(judgement, fault=judgement.fault or "\n".join(map(str, deaths[-1:])), flags=flags)
 
 
-def _try(submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float) -> Judgement:
-    """Judge the submission; when the grader fails, try again, up to TRIES times in all."""
+def _try(
+    submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float, deaths: list[JudgeDied]
+) -> Judgement:
+    """Judge the submission; when the grader fails, try again, up to TRIES times in all.
+
+    `deaths` are those of the judging process so far; more are added to them.
+    """
     faults: list[InfrastructureError] = []
     for attempt in range(1, TRIES + 1):
         try:
-            return judge(exercise, submission.files, confinement, seed, patience)
+            refused = {file: REFUSED for death in deaths for file in death.suspects}
+            return _at_most(judge(exercise, submission.files, confinement, seed, patience, refused), deaths)
         except InfrastructureError as error:
             faults.append(error)
+            deaths += [error] if isinstance(error, JudgeDied) else []
             fault = str(error)
             log.warning(
                 "%s/%s, try %d of %d: the grader failed: %s",
@@ -136,8 +151,7 @@ def _try(submission: Submission, exercise: Exercise, confinement: str, seed: int
                 TRIES,
                 (fault.strip().splitlines() or ["?"])[-1],
             )
-    deaths = [fault for fault in faults if isinstance(fault, JudgeDied)]
-    if len(deaths) == TRIES:
+    if all(isinstance(fault, JudgeDied) for fault in faults):
         return _judgement_without_judge(exercise, deaths)
     return Judgement(INFRASTRUCTURE_ERROR, fault=str(faults[-1]))
 
@@ -151,13 +165,36 @@ def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Jud
     furthest = max(deaths, key=lambda death: len(death.verdicts))
     verdicts = {test: Verdict(test, NOT_RUN, BROUGHT_DOWN) for test in known}
     verdicts |= {verdict.id: verdict for verdict in furthest.verdicts if verdict.id in known}
-    return Judgement(GRADED, verdicts, fault=str(furthest), flags=[KILLED_JUDGE])
+    return _at_most(Judgement(GRADED, verdicts, fault=str(furthest)), deaths)
 
 
-def judge(exercise: Exercise, files: dict[str, bytes], confinement: str, seed: int, patience: float) -> Judgement:
+def _at_most(judgement: Judgement, deaths: list[JudgeDied]) -> Judgement:
+    """Return the judgement with what was lost before the judging process died: a program must gain nothing by that.
+
+    What was lost on a busy machine does not count: it may not be the program's fault.
+    """
+    lost = {
+        verdict.id: verdict
+        for death in deaths
+        if death.busy <= machine_load.STARVED
+        for verdict in death.verdicts
+        if verdict.outcome != PASSED and verdict.id in judgement.verdicts
+    }
+    return replace(judgement, verdicts=judgement.verdicts | lost)
+
+
+def judge(
+    exercise: Exercise,
+    files: dict[str, bytes],
+    confinement: str,
+    seed: int,
+    patience: float,
+    refused: dict[str, str] | None = None,
+) -> Judgement:
     """Run the hidden suite once, or only the tests in a part of the exercise (see `Exercise.part`).
 
-    Raises InfrastructureError unless each of these tests has exactly one verdict, and no other test has any.
+    The files in `refused` are not run, see `Job`.  Raises InfrastructureError unless each of these tests has exactly one
+    verdict, and no other test has any.
     """
     prefix = ""
     if exercise.package:
@@ -166,7 +203,10 @@ def judge(exercise: Exercise, files: dict[str, bytes], confinement: str, seed: i
     expected = [test.id for test in exercise.tests]
     chosen = [] if exercise.whole else expected
     with processor_core.taken() as number, worker(confinement) as process:
-        job = Job(exercise.name, contents(exercise), files, seed, confinement, prefix, limit, number, patience, chosen)
+        job = Job(
+            *(exercise.name, contents(exercise), files, seed, confinement, prefix, limit, number, patience, chosen),
+            refused=refused or {},
+        )
         answer = process.run(job)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault)

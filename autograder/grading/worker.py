@@ -86,7 +86,7 @@ class Worker:
         log.debug("worker: %s", said)
         if isinstance(ended, Ended) and (ended.stopped or -ended.status in DEATHS):
             why = ended.stopped or f"{signal.Signals(-ended.status).name}"
-            raise JudgeDied(f"{said}\nthe process that judges was ended: {why}", verdicts)
+            raise JudgeDied(f"{said}\nthe process that judges was ended: {why}", verdicts, ended.suspects, ended.busy)
         if finished is None or not isinstance(ended, Ended) or ended.status != 0:
             status = ended.status if isinstance(ended, Ended) else None
             raise InfrastructureError(f"the worker ended with status {status} before all tests were judged:\n{said}")

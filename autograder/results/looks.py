@@ -4,13 +4,24 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from autograder.errors import UsageError
-from autograder.records import CRASHED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, STUB_OF, TIME_UNKNOWN, Report
+from autograder.records import (
+    CRASHED,
+    INFRASTRUCTURE_ERROR,
+    INVALID_SUBMISSION,
+    KILLED_JUDGE,
+    STUB_OF,
+    TIME_UNKNOWN,
+    Report,
+)
 from autograder.submissions import exercises
 
 NEAR = 0.8  # of an exercise's time limit
 ALIKE = "more alike than others (`autograder similar` shows them)"
 HOUR, DAY = 3600, 86_400  # s
-FLAGS = {TIME_UNKNOWN: "time of handing in unknown, nothing deducted"}  # other flags are shown by name
+FLAGS = {  # other flags are shown by name
+    TIME_UNKNOWN: "time of handing in unknown, nothing deducted",
+    KILLED_JUDGE: "killed judge: the process that judges died, perhaps of what a program sent; look at the source",
+}
 
 
 @dataclass(frozen=True)

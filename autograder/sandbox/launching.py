@@ -11,7 +11,7 @@ import json
 import os
 import socket
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
 from typing import Any
 
@@ -33,14 +33,24 @@ START, STOP, TELL = "start", "stop", "tell"
 class LaunchServer:
     """The launcher's end: starts the handed-in files in `sandbox` for the judging process."""
 
-    def __init__(self, channel: socket.socket, sandbox: Sandbox, domains: Mapping[int, int] | None):
+    def __init__(
+        self,
+        channel: socket.socket,
+        sandbox: Sandbox,
+        domains: Mapping[int, int] | None,
+        refused: Mapping[str, str] | None = None,
+    ):
         """Serve `channel`; `domains` are the networks (descriptors by ROS domain) that may be used, or None.
 
-        `channel` is a socket of type SOCK_SEQPACKET.
+        `channel` is a socket of type SOCK_SEQPACKET.  The files in `refused` are not run, each for that reason, which
+        its student is told.
         """
         self.said = bytearray()  # the messages of the judging process, one line each
         self._channel, self._sandbox, self._domains = channel, sandbox, domains
         self._started: list[Started] = []
+        self._files: dict[int, set[str]] = {}  # those started, by ROS domain
+        self._inside: dict[int, list[Started]] = {}
+        self._refused = {**(refused or {})}
         self._tries = 0
 
     def serve(self) -> bool:
@@ -66,6 +76,23 @@ class LaunchServer:
             with contextlib.suppress(OSError):
                 self._channel.send(f"refused: {error}".encode(errors="replace")[:1000], socket.MSG_DONTWAIT)
         return True
+
+    @property
+    def used(self) -> list[int]:
+        """The ROS domains that programs were started in."""
+        return list(self._files)
+
+    def files(self, domains: Iterable[int]) -> list[str]:
+        """Return the names of the handed-in files that were started in these ROS domains."""
+        started: set[str] = set().union(*(self._files.get(domain, set()) for domain in domains))
+        return sorted(started & self._sandbox.files.keys())
+
+    def stop(self, domain: int, why: str) -> None:
+        """End the programs in a ROS domain; `why` is for the student.  If they are of one file, it is not run again."""
+        for started in self._inside.get(domain, ()):
+            started.process.stop(why)
+        if len(files := self._files.get(domain, set())) == 1:
+            self._refused |= dict.fromkeys(files, f"it was not run again: {why}")
 
     def finish(self) -> None:
         """Serve the requests sent before the judging process ended, and ignore any later ones."""
@@ -97,6 +124,10 @@ class LaunchServer:
             for descriptor in (started.output, started.end):
                 given.callback(os.close, descriptor)
             self._started.append(started)
+            self._files.setdefault(domain, set()).add(file)
+            self._inside.setdefault(domain, []).append(started)
+            if file in self._refused:
+                started.process.stop(self._refused[file])
             with contextlib.suppress(OSError):  # a judging process that does not read gets no program
                 socket.send_fds(self._channel, [b"started"], [started.output, started.end], socket.MSG_DONTWAIT)
 

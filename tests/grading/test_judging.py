@@ -14,12 +14,13 @@ import psutil
 import pytest
 
 from autograder import cli
-from autograder.errors import InfrastructureError
+from autograder.errors import InfrastructureError, JudgeDied
 from autograder.grading import single
 from autograder.grading.judge_process import LIMITS
 from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
+from autograder.results import feedback
 from autograder.sandbox import machine_load, seccomp, users
 from autograder.sandbox.usage import running
 from autograder.submissions import exercises
@@ -132,11 +133,13 @@ def kill(times: int) -> int:
     return len(killed)
 
 
-def test_one_that_dies_once_costs_nothing(grading):
+def test_one_that_dies_once_costs_nothing_and_is_told(grading):
     report, thread = grading
     assert kill(1) == 1
     thread.join()
-    assert (report[0].status, report[0].score, report[0].flags) == (GRADED, report[0].max_score, [])
+    assert (report[0].status, report[0].score, report[0].flags) == (GRADED, report[0].max_score, [KILLED_JUDGE])
+    assert "SIGSEGV" in report[0].details["fault"]
+    assert "the process that tests them died" in feedback.page(report[0])
 
 
 def test_dying_each_time_is_the_doing_of_what_was_handed_in(grading):
@@ -208,6 +211,26 @@ def judgements(monkeypatch, *each: tuple[float, int]) -> list[float]:
 
 
 STARVED = machine_load.STARVED + 1
+
+
+@pytest.mark.parametrize(
+    ("busy", "suspects", "lost"), [(1.0, [], ["test_status"]), (STARVED, [], []), (1.0, ["relay.py"], ["test_status"])]
+)
+def test_what_was_lost_before_the_judge_died_stays_lost(monkeypatch, busy, suspects, lost):
+    """A program that sees that it loses must not get another chance by killing its judge; who sends much is not run."""
+    refused = []
+
+    def judge(exercise, files, confinement, seed, patience, without):
+        refused.append([*without])
+        if len(refused) == 1:
+            raise JudgeDied("killed", [Verdict("test_status", FAILED, "once"), Verdict("odd", FAILED)], suspects, busy)
+        return single.Judgement(GRADED, {test.id: Verdict(test.id, PASSED) for test in exercise.tests})
+
+    monkeypatch.setattr(single, "judge", judge)
+    report = single.grade(Submission("s", "services", REFERENCE), "root", seed=1)
+    assert ([test.id for test in report.tests if test.outcome != PASSED], report.flags) == (lost, [KILLED_JUDGE])
+    assert refused == [[], suspects]
+    assert len(report.tests) == len(exercises.load("services").tests)
 
 
 @pytest.mark.parametrize(
