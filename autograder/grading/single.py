@@ -193,8 +193,8 @@ def judge(
 ) -> Judgement:
     """Run the hidden suite once, or only the tests in a part of the exercise (see `Exercise.part`).
 
-    The files in `refused` are not run, see `Job`.  Raises InfrastructureError unless each of these tests has exactly one
-    verdict, and no other test has any.
+    The files in `refused` are not run, see `Job`.  Raises InfrastructureError unless each of these tests has exactly
+    one verdict, and no other test has any.
     """
     prefix = ""
     if exercise.package:
