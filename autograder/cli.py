@@ -22,7 +22,7 @@ from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
 from autograder.results.looks import Known, looks
-from autograder.results.text import describe, one_line, printable
+from autograder.results.text import PRINTED, describe, one_line, printable, quoted
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
 from autograder.submissions.roster import Roster, of_class, read_rosters
@@ -278,7 +278,7 @@ def show(
     for report, details in output.read_with_details(folder, student, assignment):
         print(printable(describe(report, details, all_tests=passed or bool(student))))
         for name, log in report.logs.items() if student else ():
-            print(printable(f"\n{name} printed:\n{log}"))
+            print(printable(f"\n{name} printed:\n{quoted(log, PRINTED)}"))
 
 
 @app.command()

@@ -5,12 +5,15 @@ from collections.abc import Mapping
 from autograder.records import FAULT, GRADED, PASSED, Report, Result
 from course.foundation.untrusted import one_line, printable
 
+MESSAGE, DETAIL, PRINTED = "         ", "         > ", "  | "  # before each line of such a text
+
 __all__ = [
     "counted",
     "describe",
     "line",
     "one_line",
     "printable",
+    "quoted",
     "result",
     "score",
 ]  # a student's names may contain anything
@@ -34,12 +37,17 @@ def score(report: Report) -> str:
     return report.status if report.score is None else f"{report.score:g} of {report.max_score:g}"
 
 
+def quoted(text: str, mark: str) -> str:
+    """Return a text with `mark` before each line, so that no line of a program's can look like one of a report's."""
+    return "\n".join(mark + said for said in text.split("\n"))
+
+
 def result(test: Result) -> str:
-    """Return the outcome of one test, indented, with its message on a line of its own."""
+    """Return the outcome of one test, indented, with its message below it."""
     passed = test.outcome == PASSED
     outcome = "" if passed else f" [{test.outcome.replace('_', ' ')}]"
     head = f"  {'+' if passed else '-'} {test.points:g}/{test.max_points:g}  {test.title}{outcome}"
-    return f"{head}\n         {test.message}" if test.message else head
+    return f"{head}\n{quoted(test.message, MESSAGE)}" if test.message else head
 
 
 def describe(report: Report, details: Mapping[str, str] | None = None, all_tests: bool = True) -> str:
@@ -56,8 +64,9 @@ def describe(report: Report, details: Mapping[str, str] | None = None, all_tests
                 continue
             lines.append(result(test))
             if detail := details.get(test.id):
-                lines.append(f"         > {detail}")
+                lines.append(quoted(detail, DETAIL))
     else:
-        lines.append(f"  {report.tests[0].message}")
-        lines += [f"         > {said}" for said in details.get(FAULT, "").splitlines()]
+        lines.append(quoted(report.tests[0].message, "  "))
+    if fault := details.get(FAULT):
+        lines.append(quoted(fault, DETAIL))
     return "\n".join(lines)

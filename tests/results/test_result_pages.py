@@ -1,13 +1,15 @@
 """What a student reads of one cause that cost several tests, and an instructor of each student."""
 
 import io
+from dataclasses import replace
 from html.parser import HTMLParser
 from urllib.parse import unquote
 
 from rich.console import Console
 
-from autograder.records import CRASHED, GRADED, PASSED, Report, Result
-from autograder.results import feedback, progress, summary
+from autograder import cli
+from autograder.records import CRASHED, FAULT, GRADED, PASSED, Report, Result
+from autograder.results import feedback, output, progress, summary
 from autograder.submissions import exercises
 
 DIED = "motor_service.py died while it answered a request: ZeroDivisionError."
@@ -35,6 +37,24 @@ def test_one_cause_is_said_once_with_the_tests_that_it_cost():
     rows = page.split("<table>")[1].split("<tr>")[2:]
     assert [number for number, row in enumerate(rows) if "crashed (1)" in row] == [0, 3]
     assert [number for number, row in enumerate(rows) if "crashed (2)" in row] == [5]
+
+
+FORGED = "grace/services: 20 of 20, 9.0 s (seed 1)\n  - 0/5  copied from ada [failed]\n\nrelay.py printed:"
+
+
+def test_no_line_of_a_program_looks_like_one_of_the_report(tmp_path, monkeypatch, capsys):
+    found = replace(report("eve", {0: f"The answer was: {FORGED}"}), logs={"motor_service.py": FORGED})
+    details = {found.tests[0].id: f"said\n{FORGED}", FAULT: FORGED}
+    monkeypatch.setattr(output, "read_with_details", lambda *_: [(found, details)])
+    cli.show(tmp_path, "eve")
+    own = [line for line in capsys.readouterr().out.splitlines() if not line.startswith(("         ", "  | "))]
+    tests = [f"  {'-' if test.message else '+'} " for test in found.tests]
+    assert [line[:4] for line in own if line.startswith("  ")] == tests
+    assert [line.partition(" ")[0] for line in own if not line.startswith("  ")] == [
+        "eve/services:",
+        "",
+        "motor_service.py",
+    ]
 
 
 class Links(HTMLParser):
