@@ -52,6 +52,7 @@ class Finding:
     scores: list[float]  # of all pairs, rising
     left_out: list[str]  # students without a Python file that can be read and is not too long
     groups: list[Group] = field(default_factory=list)  # of all pairs, the largest first
+    wrapped: list[str] = field(default_factory=list)  # students, each with the files that execute a decoded text
 
     @property
     def title(self) -> str:
@@ -106,7 +107,8 @@ def compare(
         )
     left_out = [one.student for one in every if not one.texts]
     groups = _groups(programs, scores, above[0], above[1], (scores[above] >= STRIKING) | (same[above] > 0))
-    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out, groups)
+    wrapped = [f"{one.student} ({', '.join(one.wrapped)})" for one in new if one.wrapped]
+    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out, groups, wrapped)
 
 
 def _groups(

@@ -9,6 +9,8 @@ from autograder.similarity.comparing import Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 
+WRAPPED = "cannot be compared, because these files decode something and execute text: look at what they execute"
+
 
 def describe(finding: Finding) -> str:
     """The pairs for a person at a terminal."""
@@ -19,6 +21,8 @@ def describe(finding: Finding) -> str:
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
+    if finding.wrapped:
+        lines.append(one_line(f"      {WRAPPED}: {', '.join(finding.wrapped)}"))
     if finding.left_out:
         left_out = ", ".join(finding.left_out)
         lines.append(
@@ -59,7 +63,7 @@ def _like(pair: Pair) -> str:
 
 def page(findings: Iterable[Finding]) -> str:
     """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
-    return pages.render("similar.html", findings=list(findings), number=lambda value: f"{value:.0f}")
+    return pages.render("similar.html", findings=list(findings), wrapped=WRAPPED, number=lambda value: f"{value:.0f}")
 
 
 def write(findings: Iterable[Finding], target: Path) -> None:

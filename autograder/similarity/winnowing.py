@@ -11,6 +11,7 @@ from hashlib import blake2b
 from typing import NamedTuple
 
 from autograder.similarity.tokens import Token, tokens
+from autograder.similarity.wrapping import wraps
 
 K = 12  # tokens in a row that are hashed together
 WINDOW = 5  # grams of which one is kept
@@ -32,18 +33,23 @@ class Program:
     texts: Mapping[str, str]  # by file
     tokens: Mapping[str, list[Token]]  # by file
     prints: Mapping[int, list[Place]]  # the places of each fingerprint
+    wrapped: list[str]  # files that execute a decoded text
 
 
 def program(student: str, texts: Mapping[str, str], boilerplate: Collection[int]) -> Program:
-    """Return a student's submission, `texts` by file, with its fingerprints, which exclude grams in `boilerplate`."""
-    found = {name: tokens(text) for name, text in texts.items()}
+    """Return a student's submission, `texts` by file, with its fingerprints, which exclude grams in `boilerplate`.
+
+    A file that executes a decoded text has no fingerprints: they would be those of its wrapper.
+    """
+    wrapped = [name for name, text in texts.items() if wraps(text)]
+    found = {name: [] if name in wrapped else tokens(text) for name, text in texts.items()}
     prints: dict[int, list[Place]] = defaultdict(list)
     for name, these in found.items():
         hashes = grams(these)
         for number in winnow(hashes, boilerplate):
             if len(prints[hashes[number]]) < MAX_PLACES:
                 prints[hashes[number]].append(Place(name, number))
-    return Program(student, texts, found, dict(prints))
+    return Program(student, texts, found, dict(prints), wrapped)
 
 
 def grams(found: list[Token]) -> list[int]:

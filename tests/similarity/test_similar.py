@@ -1,10 +1,12 @@
 """Submissions that are alike: disguised copies are found among independent right answers."""
 
 import ast
+import base64
 import json
 import subprocess
 import sys
 import time
+import zlib
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -110,6 +112,38 @@ def test_independent_right_answers_do_not(finding):
     _, found = finding
     rest = [pair for pair in found.pairs if not {pair.left, pair.right} & {"copy of the reference", "copy of another"}]
     assert max(pair.score for pair in rest) < 30 and found.below(50) < 5
+
+
+def wrapped(text: str) -> str:
+    packed = base64.b64encode(zlib.compress(text.encode())).decode()
+    return (
+        f'import base64, zlib\ncode = zlib.decompress(base64.b64decode("{packed}"))\nexec(code, globals())\n' + NOTHING
+    )
+
+
+NOTHING = "".join(
+    f"values_{n} = [each + {n} for each in range({n}) if each % 2] or {{'a': ({n}, print)}}\n" for n in range(9)
+)
+
+
+def test_what_executes_a_packed_text_is_named_and_not_compared(known):
+    """Two wrappers around different texts are alike in everything that shows; that is no copy."""
+    file, texts = "calculator_server.py", programs(REFERENCE)
+    other = programs(OTHERS[next(iter(OTHERS))])
+    handed_in = [
+        ("ada", {file: texts[file]}),
+        ("bob", {file: wrapped(texts[file])}),
+        ("cy", {file: wrapped(other[file])}),
+        ("dee", {file: wrapped(other[file])}),
+        ("eve", {file: texts[file] + "\nvalue = eval('1 + 1')\n"}),
+    ]
+    found = compare("calculator", handed_in, known, 100)
+    assert found.wrapped == [f"{student} ({file})" for student in ("bob", "cy", "dee")]
+    alike = {(pair.left, pair.right): pair.score for pair in found.pairs}
+    assert alike.keys() == {("ada", "eve"), ("cy", "dee")}  # these two are the same to the letter
+    told = presenting.describe(found)
+    assert "cannot be compared" in told and "bob (calculator_server.py)" in told
+    assert "annot be compared" in presenting.page([found])
 
 
 def test_what_everybody_has_counts_little(known):
