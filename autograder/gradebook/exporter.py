@@ -39,6 +39,7 @@ from traitlets import Bool, Enum
 from autograder.errors import CannotExport, UsageError
 from autograder.gradebook import late, members
 from autograder.results.text import counted, printable
+from autograder.submissions import exercises
 from course.foundation import storage
 
 DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
@@ -160,6 +161,13 @@ class Exporter(ExportPlugin):
             if self.not_handed_in and states[MISSING]:
                 parts.append(f"{self.not_handed_in} points: {states[MISSING]} {MISSING}")
             self.log.info("%s: %s", assignment.name, "; ".join(parts))
+            if states[DONE] and not self.automatic and (points := _not_in(assignment)):
+                self.log.warning(
+                    "%s: without the %s for answers that are marked by hand: this gradebook does not have these "
+                    "questions. Release the exercise (`autograder release`), and grade in that course folder, to mark "
+                    "them",
+                    *(printable(assignment.name), f"{points:g} points"),
+                )
             self._tell_who(assignment.name, [grades[student.id][assignment.name] for student in students])
         return grades
 
@@ -203,6 +211,16 @@ class Exporter(ExportPlugin):
                     for notebook in handed_in.notebooks:
                         late.assign(self.config, url, assignment.name, notebook.name, handed_in.student_id)
         gradebook.db.expire_all()
+
+
+def _not_in(assignment: Assignment) -> float:
+    """Return the points of the exercise's written answers, if the gradebook has none of these questions."""
+    try:
+        exercise = exercises.load(assignment.name)
+    except UsageError:  # an assignment of the instructor's own
+        return 0.0
+    known = {cell.name for notebook in assignment.notebooks for cell in (*notebook.grade_cells, *notebook.task_cells)}
+    return 0.0 if known - exercise.cells.keys() else exercises.points_by_hand(exercise.name)
 
 
 def has_score(part: object) -> bool:

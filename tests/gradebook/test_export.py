@@ -95,6 +95,20 @@ SERVICES = sum(test.points for test in exercises.load("services").tests)
 FIRST = exercises.load("services").tests[0].points
 
 
+def test_questions_that_the_gradebook_lacks_are_told(book, tmp_path, caplog):
+    """Outside of a course folder it has the cells of the tests alone, and a grade looks complete without the others."""
+    points = exercises.points_by_hand("calculator")
+    told = f"calculator: without the {points:g} points for answers that are marked by hand"
+    exported(CsvExporter(automatic=True), book, tmp_path)
+    assert told not in caplog.text
+    exported(CsvExporter(), book, tmp_path)
+    assert points and told in caplog.text
+    caplog.clear()
+    book.update_or_create_grade_cell("why", "calculator", "calculator", max_score=points, cell_type="markdown")
+    exported(CsvExporter(), book, tmp_path)
+    assert told not in caplog.text
+
+
 def test_plain(book, tmp_path, caplog):
     with caplog.at_level(logging.INFO):
         lines = exported(CsvExporter(config=LATE), book, tmp_path)
