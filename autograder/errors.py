@@ -104,10 +104,12 @@ class Fault(AutograderError):
 
     outcome: ClassVar[str] = FAILED
 
-    def __init__(self, message: str, detail: object = ""):
+    def __init__(self, message: str, detail: object = "", certain: bool = False):
+        """`certain` means that a busy machine cannot have caused it."""
         super().__init__(message)
         self.message = message
         self.detail = str(detail)
+        self.certain = certain
 
 
 class Wrong(Fault):

@@ -80,6 +80,7 @@ class Verdict:
     outcome: str  # one of OUTCOMES; any but PASSED is the fault of the student's program
     message: str = ""  # for the student, in terms of the task; never a hidden input
     detail: str = ""  # for the instructor: the inputs, the expected and the actual result
+    certain: bool = False  # whether a busy machine cannot have caused it
 
     def cut(self) -> "Verdict":
         """Return the same verdict, cut to MESSAGE and DETAIL characters."""

@@ -67,7 +67,8 @@ class Judgement:
     @property
     def in_doubt(self) -> bool:
         """Return True if a test failed while the machine was so busy that this may be the cause."""
-        return self.status == GRADED and self.busy > machine_load.STARVED and self.passed < len(self.verdicts)
+        lost = (verdict for verdict in self.verdicts.values() if verdict.outcome != PASSED)
+        return self.status == GRADED and self.busy > machine_load.STARVED and not all(each.certain for each in lost)
 
 
 def grade(

@@ -24,11 +24,26 @@ KNOWN = [
 ]
 
 
+# Exceptions that come of the text of a program.  None where something else was expected may be an answer that was late.
+OF_TEXT = re.compile(
+    r"(?:Syntax|Indentation|Tab|Name|Import|ModuleNotFound|Attribute|Type|Recursion)Error\b(?!.*NoneType)"
+)
+
+
 class EndedProgram(Protocol):
     """The interface of a program that has ended."""
 
+    @property
+    def raised(self) -> bool:
+        """Return True if it died of a Python exception, which it has printed."""
+
     def last_words(self) -> str:
         """Return why it ended, in a line for the student."""
+
+
+def is_of_text(program: EndedProgram) -> bool:
+    """Return True if a program died of an exception that comes of its text, and not of a busy machine."""
+    return program.raised and bool(OF_TEXT.match(program.last_words()))
 
 
 def last_words(program: EndedProgram) -> str:

@@ -5,6 +5,7 @@ gave no answer.  Any other exception is a failure of the grader itself, and no v
 """
 
 import functools
+import inspect
 import os
 import resource
 import signal
@@ -128,7 +129,8 @@ class Judge:
         if end is None:
             self.report(Verdict(item.name, PASSED))
         elif isinstance(end, Fault):
-            self.report(Verdict(item.name, end.outcome, end.message, end.detail))
+            certain = end.certain or _is_of_files(item)
+            self.report(Verdict(item.name, end.outcome, end.message, end.detail, certain))
         elif isinstance(end, MemoryError) or _has_taken() > FULL:
             # The student's program has sent more than this process can hold, which counts like a crash.  Lack of memory
             # has many symptoms: no thread can be started, no node can be made.
@@ -138,6 +140,11 @@ class Judge:
         else:
             self.fault = "".join(traceback.format_exception(end))
             item.session.shouldstop = "the grader itself failed"
+
+
+def _is_of_files(item: pytest.Item) -> bool:
+    """Return True if a test looks at the handed-in files alone, and runs no program."""
+    return isinstance(item, pytest.Function) and {*inspect.signature(item.function).parameters} == {"submission"}
 
 
 def _has_taken() -> int:

@@ -33,7 +33,7 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
-from autograder.suitekit.hints import last_words
+from autograder.suitekit.hints import is_of_text, last_words
 
 USED_UP = "Not tested: your programs were so slow in the tests before that the time was used up."
 LEAST = 1.0  # s that a wait must have lasted to be reported
@@ -245,7 +245,8 @@ class Lifecycle(ABC):
                     f"{self.file} ended by itself right after its start: main() must spin the node, and be called at "
                     "the end of the file."
                 )
-            return Crashed(f"{self.file} did not start: {last_words(self.program)}.")
+            died = f"{self.file} did not start: {last_words(self.program)}."
+            return Crashed(died, certain=is_of_text(self.program))
         if told := self.mistyped(wanted):
             return Wrong(told)
         if services := self.other_services():

@@ -10,7 +10,7 @@ from autograder.errors import Crashed, TimedOut, Wrong
 from autograder.sandbox.cleaning import NUMBER
 from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
-from autograder.suitekit.hints import last_words
+from autograder.suitekit.hints import is_of_text, last_words
 from course.foundation.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
@@ -76,7 +76,8 @@ class Run:
         """
         program = self._ended(doing, limit)
         if program.raised:
-            raise Crashed(f"{self.file}, run {doing}, died: {last_words(program)}.")
+            died = f"{self.file}, run {doing}, died: {last_words(program)}."
+            raise Crashed(died, certain=is_of_text(program))
         return program
 
     def status(self, doing: str, limit: float = LIMIT) -> int:

@@ -19,12 +19,13 @@ from autograder.grading import single
 from autograder.grading.judge_process import LIMITS
 from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
-from autograder.records import BUSY_MACHINE, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
+from autograder.records import BUSY_MACHINE, CRASHED, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
 from autograder.results import feedback
 from autograder.sandbox import machine_load, seccomp, users
 from autograder.sandbox.usage import running
 from autograder.submissions import exercises
 from course.foundation.waiting import wait_until
+from tests.hidden import answers
 from tests.hidden.answers.services import REFERENCE
 
 THREADS = 40  # of the judge at least, one for each ROS domain
@@ -249,6 +250,42 @@ def test_what_was_lost_on_a_starved_machine_is_judged_again(monkeypatch, judged,
     left = judgements(monkeypatch, *judged)
     report = single.grade(Submission("s", "services", REFERENCE), "root", seed=1)
     assert (sum(test.outcome == FAILED for test in report.tests), report.flags, left) == (lost, flags, [])
+
+
+@pytest.mark.parametrize(("certain", "flags"), [(True, []), (False, [BUSY_MACHINE])])
+def test_what_a_busy_machine_cannot_have_cost_is_not_judged_again(monkeypatch, certain, flags):
+    tried = []
+
+    def judge(exercise, *_):
+        tried.append(exercise)
+        ids = [test.id for test in exercise.tests]
+        verdicts = {test: Verdict(test, FAILED if test == ids[0] else PASSED, certain=certain) for test in ids}
+        return single.Judgement(GRADED, verdicts, busy=STARVED)
+
+    monkeypatch.setattr(single, "judge", judge)
+    monkeypatch.setattr(single.machine_load, "wait_for_calm", lambda timeout: True)
+    assert single.grade(Submission("s", "services", REFERENCE), "root").flags == flags
+    assert len(tried) == (1 if certain else single.TRIES)
+
+
+@pytest.mark.parametrize(
+    ("exercise", "file", "text", "test"),
+    [
+        ("calculator", "Calculate.srv", b"float64 a\n---\nfloat64 c\n", "test_interface_request"),
+        ("services", "motor_service.py", b"import rclpy\nrclpy.innit()\n", "test_status"),
+        ("calculator", "calculator_client.py", b"def main(:\n", "test_client_arguments"),
+    ],
+)
+def test_mistakes_in_the_text_are_certain(judge, exercise, file, text, test):
+    right = answers.load(exercise).RIGHT["reference"]
+    (verdict,) = judge(right | {file: text}, exercise, test).result().verdicts.values()
+    assert verdict.outcome in (FAILED, CRASHED) and verdict.certain, verdict
+
+
+@pytest.mark.parametrize("text", [b"raise RuntimeError('no server: NameError')\n", b"None.response\n"])
+def test_an_exception_that_waiting_too_short_may_cause_is_not_certain(judge, text):
+    (verdict,) = judge(REFERENCE | {"relay.py": text}, "services", "test_relay_answers").result().verdicts.values()
+    assert verdict.outcome == CRASHED and not verdict.certain
 
 
 def test_check_says_why_it_judges_again(monkeypatch, tmp_path, caplog):
