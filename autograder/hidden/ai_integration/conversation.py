@@ -69,6 +69,7 @@ MORE_TRIES, MORE_STAYS = 30, 11  # the same for a node that cannot be asked, and
 SETTLING = 0.5  # s of real time before a rate is measured: discovery, and the commands of before, are over
 MEASURED = 2.5  # s of real time in which it is measured: 25 commands, of which a busy machine delays a few
 FEWEST = 3  # commands that have a rate
+FASTEST, FASTEST_TURN = 10.0, 100.0  # m/s and rad/s that no such robot drives
 
 DRIVING = 1.0  # s of real time with scans, until a node certainly drives
 DRIVING_HERTZ = 20.0  # scans a second then
@@ -521,6 +522,10 @@ class Follower(TopicProgram):
 
         return self.ask(go, "the scans of a drive")
 
+    def beyond_any_robot(self) -> Twist | None:
+        """The first command of this start that no robot could carry out."""
+        return next((heard.message for heard in self.commands.heard if not is_possible(heard.message)), None)
+
     def _show(self, scan: LaserScan, hertz: float, seconds: float) -> None:
         """Send the scan again and again, in real time."""
         self.fresh = False
@@ -550,6 +555,12 @@ class StandstillWatch:
         self._received = received
         if self._idle > IDLE or not self._alive():
             raise StandstillError
+
+
+def is_possible(command: Twist) -> bool:
+    """Whether a robot could carry out a command: its numbers are finite, and no larger than those of any robot."""
+    limits = ((command.linear, FASTEST), (command.angular, FASTEST_TURN))
+    return all(abs(getattr(part, axis)) <= limit for part, limit in limits for axis in "xyz")  # NaN is not
 
 
 def code(name: str, distance: float) -> float:

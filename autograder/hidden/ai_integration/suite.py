@@ -532,6 +532,12 @@ def drive(driver: Follower, kind: str, laser: Laser, rng: random.Random) -> Wron
     while tried < TRIED_ROOMS:
         room, seed = draw(kind, rng), rng.randrange(1000)
         simulation = driver.drive(room, laser, seed, SECONDS)
+        if odd := driver.beyond_any_robot():
+            return Wrong(
+                "Each command must be one that a robot can carry out: in the drive, the node commanded linear.x "
+                f"{odd.linear.x:.3g} and angular.z {odd.angular.z:.3g}.",
+                odd,
+            )
         driven = look_back(simulation)
         if driven.passed:
             return None

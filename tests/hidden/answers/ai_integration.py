@@ -899,6 +899,14 @@ WRONG = {
         remembering("if self.asked > 100:", "    return {'linear': 0.0, 'angular': 0.5}"),
         {"hall"},
     ),
+    "the decision after a hundred is not a number": (
+        remembering("if self.asked == 101:", "    return {'linear': float('nan'), 'angular': 0.0}"),
+        {"hall"},
+    ),
+    "the decision after a hundred is faster than any robot": (
+        remembering("if self.asked == 101:", "    return {'linear': 0.3, 'angular': -1e308}"),
+        {"hall"},
+    ),
     "after fifty decisions it drives to and fro beside the wall": (
         remembering(
             "if self.asked > 50:", "    return {'linear': 0.3 if self.asked % 20 < 10 else -0.3, 'angular': 0.0}"
