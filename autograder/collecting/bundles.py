@@ -44,6 +44,7 @@ CLOSED = "its owner has closed it, and must open or remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
 NOBODYS = "a platform has named it, but the name does not identify one student: their name there may be unusual"
 OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
+UNREADABLE: dict[str, Any] = {"files": None}  # in place of a receipt's content
 
 
 @dataclass(frozen=True)
@@ -171,12 +172,12 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
 
 
 def receipt(content: bytes | None) -> dict[str, Any]:
-    """Return the content of a hand-in's receipt; empty without a receipt, without files when it cannot be read."""
+    """Return the content of a hand-in's receipt; empty without a receipt, UNREADABLE when it cannot be read."""
     try:
         found = json.loads(content) if content is not None else {}
     except (ValueError, RecursionError):
-        return {"files": None}
-    return found if isinstance(found, dict) else {"files": None}
+        return UNREADABLE
+    return found if isinstance(found, dict) else UNREADABLE
 
 
 def _laid_out_already(source: Path) -> Iterator[tuple[str, str]]:

@@ -10,6 +10,7 @@ import os
 import re
 import shutil
 import tempfile
+import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -31,6 +32,7 @@ Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
 INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
+LOOKALIKES = {"LATIN", "GREEK", "CYRILLIC", "ARMENIAN", "CHEROKEE", "COPTIC"}  # scripts whose letters look alike
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # `course hand-in` numbers those of one second
 
 
@@ -101,12 +103,32 @@ def collect(
         for other in others:
             _keep(other, into)
             result.kept.append(other)
+    if not roster:
+        _note_lookalikes(result.laid_out, into)
     names = {expected} if expected else {name for _, name in found}
     students = sorted(roster.students) if roster else []
     for name in sorted(names):
         if absent := [student for student in students if not os.path.lexists(into / student / name)]:
             result.missing[name] = absent
     return result
+
+
+def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
+    """Note on each hand-in if its student's name could be taken for another one: anybody can choose such a name."""
+
+    def seen(name: str) -> str:
+        return unicodedata.normalize("NFKC", name).casefold()
+
+    alike: dict[str, list[str]] = defaultdict(list)
+    for name in sorted(entry.name for entry in into.iterdir() if not entry.name.startswith(".")):
+        alike[seen(name)].append(name)
+    for each in laid_out:
+        if others := [name for name in alike[seen(each.student)] if name != each.student]:
+            each.notes.append(f"its student's name looks like that of {' and '.join(others)}: whose is it?")
+        scripts = {unicodedata.name(letter, "").partition(" ")[0] for letter in each.student if letter.isalpha()}
+        if len(mixed := scripts & LOOKALIKES) > 1:
+            found = " and ".join(sorted(script.capitalize() for script in mixed))
+            each.notes.append(f"its student's name mixes {found} letters, which look alike: whose is it?")
 
 
 def _compare(found: Iterable[HandedIn]) -> None:

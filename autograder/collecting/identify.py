@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
 from typing import Any
 
-from autograder.collecting.bundles import Bundle, is_other_archive
+from autograder.collecting.bundles import UNREADABLE, Bundle, is_other_archive
 from autograder.collecting.bundles import receipt as read_receipt
 from autograder.errors import Unplaced
 from autograder.platforms import Origin, marks_late
@@ -94,6 +94,8 @@ def identify(
         claimed = _time(receipt.get("handed_in"))
         if state == VERIFIED and claimed and claimed <= bundle.at:
             at, time = claimed, KNOWN
+        if state == VERIFIED and not claimed:
+            notes = [*notes, "the time in its receipt cannot be read"]
     elif bundle.stamped:
         time = KNOWN
     came = bundle.origin or Origin((student,), bundle.source)
@@ -188,7 +190,8 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
                     f"it does not say whose it is; by its name {shortened(name)!r} it is assigned to {student}"
                 ]
     how = "" if roster else "; with --roster, a file or folder named after a student is assigned to that student"
-    raise Unplaced(f"it does not say who handed it in{how}")
+    said = "its receipt cannot be read, so it does" if receipt == UNREADABLE else "it does"
+    raise Unplaced(f"{said} not say who handed it in{how}")
 
 
 def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str | None) -> str:

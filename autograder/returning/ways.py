@@ -4,11 +4,16 @@ Each is returned the way its submission came: in an archive for the learning pla
 of `course hand-in`, as a page named after the student.
 """
 
+import os
 from dataclasses import dataclass
+from pathlib import Path
 
 from autograder.errors import Unplaced
 from autograder.platforms import FILES, PLATFORMS
 from autograder.submissions.provenance import Source
+from course.foundation import storage
+
+LONGEST_NAME = 255  # bytes of a file's name
 
 
 @dataclass(frozen=True)
@@ -27,7 +32,10 @@ def way(student: str, assignment: str, came: list[Source], form: str | None) -> 
     page = f"{assignment}-feedback.html"
     known = [source for source in came if source.platform in PLATFORMS]
     if form == FILES or (form is None and not known):
-        return Way(FILES, f"{student}-{page}")
+        name = f"{student}-{page}"
+        if len(os.fsencode(storage.draft_of(Path(name)).name)) > LONGEST_NAME:
+            raise Unplaced("its page's name would be too long for a file: give the student's folder a shorter name")
+        return Way(FILES, name)
     if not known or form not in (None, PLATFORMS[known[-1].platform].form):
         raise Unplaced(f"it did not come from {str(form).capitalize()}: --for files makes a page of it")
     last = known[-1]

@@ -1,5 +1,6 @@
 """A check of the sandbox's layers on this machine: a program in the sandbox tries each of them."""
 
+import importlib.util
 import json
 import os
 import subprocess
@@ -11,7 +12,7 @@ from typing import Any
 from autograder import paths
 from autograder.errors import SandboxError, SandboxUnavailable
 from autograder.sandbox import cgroup, networks, seccomp, users, view
-from autograder.sandbox.forkserver import SUPPORTED, Forkserver
+from autograder.sandbox.forkserver import LOADED, SUPPORTED, Forkserver
 from autograder.sandbox.program import Program
 from autograder.sandbox.sandbox import CONFINEMENTS, LIMITS, Sandbox, choose
 from autograder.sandbox.variables import ros_prefixes
@@ -94,7 +95,12 @@ class Layer:
 
 
 def examine() -> list[Layer]:
-    """Try each layer; raises SandboxUnavailable when programs cannot be confined at all."""
+    """Try each layer; raises SandboxUnavailable when programs cannot be confined at all, or ROS 2 is not installed."""
+    packages = dict.fromkeys(name.partition(".")[0] for name in LOADED.split())
+    if lacking := [name for name in packages if not importlib.util.find_spec(name)]:
+        raise SandboxUnavailable(
+            f"{', '.join(lacking)} cannot be found: run environment/install, and wait until it has ended"
+        )
     confinement = choose()
     known = {
         "PLACES": ["/", "/usr", "/etc", "/dev", "/proc", "/opt", sys.prefix, *map(str, ros_prefixes())],

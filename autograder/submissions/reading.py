@@ -34,11 +34,10 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
     try:
         inside = os.open(folder, flags)
     except OSError:
-        return Submission(
-            student,
-            assignment,
-            problems=[f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."],
-        )
+        why = f"'{assignment}' is not a folder: hand in a folder of that name with the files in it."
+        if folder.is_symlink():
+            why = f"'{folder.name}' is a link, not a folder: hand in the folder itself, with the files in it."
+        return Submission(student, assignment, problems=[why])
     files: dict[str, bytes] = {}
     problems, missing, stubs = [], [], []
     try:

@@ -98,6 +98,8 @@ def of_class(submitted: Path, given: Iterable[Path] | None) -> Roster | None:
     """
     kept = submitted / REMEMBERED
     if not given:
+        if kept.exists() and not kept.is_file():  # a pipe would be waited for
+            raise UsageError(f"{kept} is not an ordinary file: remove it, and give the roster again with --roster")
         return read_rosters([kept]) if kept.exists() else None
     roster = read_rosters(given)
     columns = [STUDENT, *dict.fromkeys(column for about in roster.about.values() for column in about)]

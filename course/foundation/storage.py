@@ -7,9 +7,14 @@ from pathlib import Path
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
 
 
+def draft_of(path: Path) -> Path:
+    """Return where `replace` first writes a file."""
+    return path.with_name(f".{path.name}.part")
+
+
 def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> None:
     """Write or replace a file; `mode` as for open(2).  If it raises OSError, nothing has changed."""
-    draft = path.with_name(f".{path.name}.part")
+    draft = draft_of(path)
     draft.unlink(missing_ok=True)  # left by a killed writer, perhaps with another mode
     try:
         with open(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:

@@ -65,6 +65,12 @@ def test_doctor(confinement):
     assert layers["system call filter"].holds == seccomp.available()
 
 
+def test_doctor_says_in_a_line_that_ros_2_is_not_installed_yet(monkeypatch):
+    monkeypatch.setattr(layer_check, "LOADED", "rclpy rclpy.node interfaces_to_come.msg")
+    with pytest.raises(SandboxUnavailable, match="^interfaces_to_come cannot be found: run environment/install"):
+        layer_check.examine()
+
+
 def test_doctor_refuses(tmp_path):
     done = subprocess.run(
         [AUTOGRADER, "doctor"], capture_output=True, text=True, timeout=60, env=os.environ | {"PATH": str(tmp_path)}

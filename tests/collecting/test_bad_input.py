@@ -1,8 +1,10 @@
 """What comes in wrong is told in a line, mixes up no students, and loses nothing."""
 
+import json
 import os
 import shutil
 import subprocess
+import zipfile
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -13,7 +15,7 @@ from autograder.collecting.bundles import unpacked
 from autograder.collecting.collect import collect, describe
 from autograder.errors import UsageError
 from autograder.submissions import provenance
-from autograder.submissions.roster import read_rosters
+from autograder.submissions.roster import of_class, read_rosters
 from course.hand_in import HandIn, write
 
 from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out
@@ -299,3 +301,53 @@ def test_what_is_remembered_can_be_read_and_is_not_the_student_s(tmp_path):
     (source,) = provenance.read(tmp_path / "out", "doejane", "services")
     assert replace(source, at="") == provenance.Source("Canvas", "doejane", "1", "", 23, late=True, time="unknown")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [".origins", "doejane"]
+
+
+def repacked(path: Path, change: dict[str, object]) -> Path:
+    """The archive with another receipt: these entries changed, or the text of it."""
+    with zipfile.ZipFile(path) as whole:
+        content = {name: whole.read(name) for name in whole.namelist()}
+    text = change.get("text")
+    known = json.loads(content["receipt.json"])
+    content["receipt.json"] = str(text).encode() if text else json.dumps(known | change).encode()
+    return archive(path, content)
+
+
+@pytest.mark.parametrize("text", ["{", "[" * 200_000, "[]", '{"handed_in": ' + "1" * 6000 + "}"])
+def test_a_receipt_that_cannot_be_read_is_told_from_none(tmp_path, text):
+    path = repacked(handed_in(tmp_path / "in"), {"text": text}).rename(tmp_path / "x.zip")
+    (line,) = collect([path], tmp_path / "out").unplaced
+    assert "its receipt cannot be read, so it does not say who handed it in" in line
+
+
+@pytest.mark.parametrize("when", ["NaN", "20261102", "9999-12-31T23:59:59-23:59", "2026-11-02\n2026-11-03", None])
+def test_a_time_in_a_receipt_that_cannot_be_read_has_a_look(tmp_path, when):
+    path = repacked(handed_in(tmp_path / "in"), {"handed_in": when})
+    (only,) = collect([path], tmp_path / "out").laid_out
+    assert (only.when, only.remark) == ("time unknown", "the time in its receipt cannot be read")
+
+
+def test_students_names_that_look_alike_have_a_look(tmp_path):
+    """Whoever hands in under a name that looks like Ada's must not be taken for her, nor she for them."""
+    names = [
+        "ok",
+        "OK",
+        "o\N{KELVIN SIGN}",
+        "\N{CYRILLIC SMALL LETTER O}k",
+        "\N{CYRILLIC SMALL LETTER O}",
+        "Zoë",
+        "李田た",
+    ]
+    for number, name in enumerate(names):
+        handed_in(tmp_path / "in" / str(number), name)
+    looks = {each.student: each.remark for each in collect([tmp_path / "in"], tmp_path / "out").laid_out}
+    assert looks["ok"] == "its student's name looks like that of OK and oK: whose is it?"
+    assert "of OK and ok" in looks["oK"] and "and ok" in looks["OK"]
+    assert "mixes Cyrillic and Latin letters" in looks["\N{CYRILLIC SMALL LETTER O}k"]
+    assert not any(looks[name] for name in names[4:])
+
+
+def test_a_pipe_in_place_of_the_roster_is_a_line(tmp_path):
+    os.mkfifo(tmp_path / ".roster.csv")
+    with pytest.raises(UsageError, match="is not an ordinary file"):
+        of_class(tmp_path, None)

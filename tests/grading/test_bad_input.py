@@ -134,7 +134,7 @@ def test_linked_folder(handed_in, tmp_path):
     other = tmp_path / "other" / "calculator"
     other.parent.mkdir()
     other.symlink_to(handed_in)
-    assert "not a folder" in problems(other)
+    assert "is a link, not a folder: hand in the folder itself" in problems(other)
 
 
 def test_fifo(handed_in):

@@ -88,6 +88,18 @@ def test_a_name_that_takes_many_bytes_is_collected_and_returned_beside_the_other
     assert sum(give_back(out, tmp_path / "returned").made.values()) == 2
 
 
+def test_a_page_whose_name_is_too_long_for_a_file_is_named_and_the_others_are_returned(tmp_path):
+    """In a folder that somebody has laid out by hand."""
+    long = 250 * "a"
+    for student in (long, "zed"):
+        (tmp_path / "in" / student / "services").mkdir(parents=True)
+    result = give_back(graded(tmp_path / "in", tmp_path / "out", report(long), report("zed")), tmp_path / "returned")
+    assert [path.name for path in (tmp_path / "returned").iterdir()] == ["zed-services-feedback.html"]
+    assert [line.replace(long, "LONG") for line in result.left_out] == [
+        "LONG/services: its page's name would be too long for a file: give the student's folder a shorter name"
+    ]
+
+
 def test_each_page_goes_back_the_way_its_submission_came(submitted, tmp_path):
     students = ["Zoë_Müller", "Jim_Roe", "doejane", "ada"]
     out = graded(submitted, tmp_path / "out", *map(report, students))
