@@ -121,7 +121,7 @@ def _judge_calmly(
             *(submission.student, submission.assignment, lost, judgement.busy, CALM_TIMEOUT, number, TRIES),
         )
         machine_load.wait_for_calm(CALM_TIMEOUT)
-        again = _try(submission, exercise, confinement, seed, patience, deaths)
+        again = _with(_certain(judgement), _try(submission, exercise, confinement, seed, patience, deaths))
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
             judgement = again
     flags = [*([KILLED_JUDGE] if deaths else []), *([BUSY_MACHINE] if judgement.in_doubt else [])]
@@ -174,14 +174,19 @@ def _at_most(judgement: Judgement, deaths: list[JudgeDied]) -> Judgement:
 
     What was lost on a busy machine does not count: it may not be the program's fault.
     """
-    lost = {
-        verdict.id: verdict
-        for death in deaths
-        if death.busy <= machine_load.STARVED
-        for verdict in death.verdicts
-        if verdict.outcome != PASSED and verdict.id in judgement.verdicts
-    }
-    return replace(judgement, verdicts=judgement.verdicts | lost)
+    calm = [death for death in deaths if death.busy <= machine_load.STARVED]
+    return _with([verdict for death in calm for verdict in death.verdicts if verdict.outcome != PASSED], judgement)
+
+
+def _certain(judgement: Judgement) -> list[Verdict]:
+    """Return what was lost, and not because the machine was busy: another try must not win it back."""
+    return [verdict for verdict in judgement.verdicts.values() if verdict.outcome != PASSED and verdict.certain]
+
+
+def _with(lost: list[Verdict], judgement: Judgement) -> Judgement:
+    """Return the judgement with these verdicts instead of its own on the same tests."""
+    known = {verdict.id: verdict for verdict in lost if verdict.id in judgement.verdicts}
+    return replace(judgement, verdicts=judgement.verdicts | known)
 
 
 def judge(

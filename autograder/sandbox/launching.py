@@ -92,7 +92,7 @@ class LaunchServer:
         for started in self._inside.get(domain, ()):
             started.process.stop(why)
         if len(files := self._files.get(domain, set())) == 1:
-            self._refused |= dict.fromkeys(files, f"it was not run again: {why}")
+            self._refused |= dict.fromkeys(files, f"it was not run again, because {why}")
 
     def finish(self) -> None:
         """Serve the requests sent before the judging process ended, and ignore any later ones."""

@@ -20,6 +20,7 @@ import pytest
 from autograder.errors import Fault, TimedOut, Wrong
 from autograder.records import PASSED, Verdict
 from autograder.sandbox.sandbox import MEMORY
+from autograder.sandbox.traffic import WHY
 from autograder.suitekit.bench import Bench
 from autograder.suitekit.lifecycle import USED_UP
 
@@ -129,7 +130,7 @@ class Judge:
         if end is None:
             self.report(Verdict(item.name, PASSED))
         elif isinstance(end, Fault):
-            certain = end.certain or _is_of_files(item)
+            certain = end.certain or _is_of_files(item) or WHY in end.message
             self.report(Verdict(item.name, end.outcome, end.message, end.detail, certain))
         elif isinstance(end, MemoryError) or _has_taken() > FULL:
             # The student's program has sent more than this process can hold, which counts like a crash.  Lack of memory

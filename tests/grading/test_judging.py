@@ -268,6 +268,24 @@ def test_what_a_busy_machine_cannot_have_cost_is_not_judged_again(monkeypatch, c
     assert len(tried) == (1 if certain else single.TRIES)
 
 
+def test_what_was_lost_for_certain_is_not_won_back(monkeypatch):
+    """A program that was ended for what it sent gets no second chance because another test was slow."""
+    left = [(STARVED, {"test_status": True, "test_success": False}), (1.0, {})]
+
+    def judge(exercise, *_):
+        busy, lost = left.pop(0)
+        verdicts = [
+            Verdict(test.id, FAILED, certain=lost[test.id]) if test.id in lost else Verdict(test.id, PASSED)
+            for test in exercise.tests
+        ]
+        return single.Judgement(GRADED, {verdict.id: verdict for verdict in verdicts}, busy=busy)
+
+    monkeypatch.setattr(single, "judge", judge)
+    monkeypatch.setattr(single.machine_load, "wait_for_calm", lambda timeout: True)
+    report = single.grade(Submission("s", "services", REFERENCE), "root")
+    assert ([test.id for test in report.tests if test.outcome != PASSED], left) == (["test_status"], [])
+
+
 @pytest.mark.parametrize(
     ("exercise", "file", "text", "test"),
     [
