@@ -41,8 +41,8 @@ BROUGHT_DOWN = (
 )
 
 REFUSED = (
-    f"it was not run again: the process that grades it died after it had sent more than {SUSPICIOUS >> 20} MiB at once "
-    "to other programs; send only what the task asks for"
+    "it was not run again, because the process that grades it died after it had sent more than "
+    f"{SUSPICIOUS >> 20} MiB at once to other programs; send only what the task asks for"
 )
 
 log = logging.getLogger("autograder")
