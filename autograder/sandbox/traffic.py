@@ -1,4 +1,4 @@
-"""How much is sent in the networks of a grading: a program must not send more than the judging process can hold."""
+"""Counting what is sent in the networks of a grading: no program may send more than the judging process can hold."""
 
 import os
 import time
@@ -11,7 +11,7 @@ WHY = f"it sent more than {MOST >> 20} MiB at once to other programs; send only 
 
 
 class Traffic:
-    """What is sent in some networks and not yet forgotten; call `look` every 0.1 s."""
+    """The bytes sent in some networks and not yet forgotten; call `look` every 0.1 s."""
 
     def __init__(self, counters: Mapping[int, int]):
         """Begin; `counters` are open files /proc/net/dev, by ROS domain, see `networks.counter`."""
