@@ -55,6 +55,7 @@ WATCHED = (
 )
 RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
+EVERY = ("Exception", "BaseException")  # caught by name, a mistake in the program is caught as well
 KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it will not change
 BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
 MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
@@ -63,6 +64,7 @@ ONE_AT_A_TIME = (
     "{0} has no `callback_group`, and so is in the node's default group: each call of it begins only when the one "
     "before has ended, also while that one awaits."
 )
+ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 ENDING = 1.0  # s for it to report where it is
 
 
@@ -85,6 +87,15 @@ def judge(
         for who, ending in session.others(name):
             raise LiveError(f"{file} cannot be checked while {who} also uses {name}. To end it: {ending}.")
     return session.start(file, *arguments, parameters=parameters)
+
+
+def beside(file: str, *arguments: str) -> NodeProcess:
+    """Start the program `file` with these words, and return it while it runs: `output` has what it has printed so far.
+
+    The session does not know it, and whoever calls this must stop it.
+    """
+    as_it_lies(file)
+    return NodeProcess(Path(file), list(arguments))
 
 
 def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:
@@ -205,6 +216,21 @@ def why_silent(file: str) -> str:
     )
 
 
+def hidden(file: str) -> str:
+    """Return lines about an `except` of `file` that catches every exception; '' without one.
+
+    It is a place to look at: whether anything was raised there is not known.
+    """
+    source = text_at(Path(file))
+    for node in ast.walk(parse_program(source)):
+        if isinstance(node, ast.ExceptHandler) and (node.type is None or ast.unparse(node.type) in EVERY):
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nThis catches every exception, also that of a misspelt name, "
+                "so none would be seen. Catch only those that you expect."
+            )
+    return ""
+
+
 def slow_timer(file: str, most: float) -> str:
     """Return lines about a timer whose literal period is above `most` s, or about a missing one; '' otherwise."""
     source = text_at(Path(file))
@@ -293,7 +319,8 @@ def run(source: str, *arguments: str, file: str, limit: float = 3.0) -> str:
     """Run Python `source` in a separate process, and return its output.
 
     It uses `file`, the file to check.  Raises NodeFailed, with the lines of that file where it failed, or where it was
-    after `limit` s of work or of sleep.  A program that only lacks a processor is given more time.
+    after `limit` s of work or of sleep, and what it was asked then, if `source` prints lines "asking ..." before.  A
+    program that only lacks a processor is given more time.
     """
     as_it_lies(file)
     began = time.monotonic()
@@ -314,8 +341,9 @@ def run(source: str, *arguments: str, file: str, limit: float = 3.0) -> str:
         late = re.search(rf'File ".*{re.escape(file)}", line (\d+) in (.+)', errors)
         number, function = (int(late[1]), late[2]) if late else (0, "")
         code = Path(file).read_text(errors="replace").splitlines()[number - 1 : number] if late else []
+        question = "".join(f" {what}" for what in ASKING.findall(output)[-1:])
         raise NodeFailed(
-            f"{file} had not answered after {time.monotonic() - began:.0f} s."
+            f"{file} had not answered{question} after {time.monotonic() - began:.0f} s."
             + (f" It was here:\n  {file}, line {number}, in {function}\n    {''.join(code).strip()}" if late else "")
         )
     if program.returncode:

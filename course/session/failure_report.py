@@ -238,17 +238,21 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
 
 
 def where(stacks: str, path: Path) -> tuple[Frame, ...]:
-    """Return the frames of the program at `path` in the output of `faulthandler`, in order of the calls.
+    """Return the frames of the program at `path`, and of files beside it, in the output of `faulthandler`.
 
-    They are those of a thread in a callback, or else of the main part; () if that only waits for callbacks.
+    They are in order of the calls, of a thread in a callback, or else of the main part; () if that only waits for
+    callbacks.
     """
-    lines = text_at(path).splitlines()
+    files: dict[str, list[str]] = {}  # the lines of each file that is the student's, none of the others
     found: list[list[Frame]] = []
     for stack in re.split(r"^.*\(most recent call first\):$", stacks, flags=re.MULTILINE):
         frames = []
         for file, line, function in re.findall(r'^  File "(.+)", line (\d+) in (.+)$', stack, re.MULTILINE):
-            if Path(file).name == path.name and int(line) <= len(lines):
-                frames.append(Frame(path.name, int(line), function, lines[int(line) - 1].strip()))
+            if file not in files:
+                own = Path(file).name == path.name or Path(file).parent.resolve() == path.parent.resolve()
+                files[file] = text_at(path.parent / Path(file).name).splitlines() if own else []
+            if int(line) <= len(files[file]):
+                frames.append(Frame(Path(file).name, int(line), function, files[file][int(line) - 1].strip()))
         found.append(frames[::-1])
     inside = sorted((_inside(frames) for frames in found), key=lambda each: (_waits_for_lock(each), len(each)))[-1:]
     main = [frame for frames in found for frame in frames[-1:] if not re.search(r"\bspin\w*\(", frame.code)]

@@ -9,6 +9,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.errors import ExerciseError, InterfaceError, LiveError, NodeFailed
+from course.foundation.waiting import wait_until
 from course.notebook import exercise_magic, judging
 from course.notebook.exercise_magic import exercise
 from course.session import live
@@ -66,6 +67,15 @@ def test_a_program_that_does_not_end_tells_where_it_is(folder, text, says):
     (folder / "agent.py").write_text(text)
     with pytest.raises(NodeFailed, match=f"agent.py had not answered after \\d s. It was here:\n{says}"):
         judging.run(ASK, file="agent.py", limit=0.5)
+
+
+def test_a_program_that_does_not_end_tells_what_it_was_asked(folder):
+    (folder / "agent.py").write_text("def answer(number):\n    while number == 2:\n        pass\n")
+    asks = "import agent\nfor number in (1, 2):\n    print('asking', number, flush=True)\n    agent.answer(number)\n"
+    with pytest.raises(
+        NodeFailed, match=r"agent.py had not answered 2 after \d s. It was here:\n  agent.py, line [23], "
+    ):
+        judging.run(asks, file="agent.py", limit=0.5)
 
 
 def test_a_program_that_lacks_a_processor_or_is_stopped_is_given_its_time(folder, monkeypatch):
@@ -165,6 +175,27 @@ def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
     )
     assert judging.sleeps("node.py", "create_subscription") == "\n  node.py, line 5\n    time.sleep(2)"
     assert judging.sleeps("node.py", "create_timer") == ""
+
+
+@pytest.mark.parametrize(
+    ("caught", "is_named"),
+    [("", True), (" Exception as error", True), (" KeyError", False), (" (OSError, KeyError)", False)],
+)
+def test_an_except_that_catches_all_is_named_with_its_line(tmp_path, monkeypatch, caught, is_named):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"try:\n    ask()\nexcept{caught}:\n    pass\n")
+    found = judging.hidden("client.py")
+    assert found.startswith("\n  client.py, line 3\n    except") if is_named else found == ""
+
+
+def test_a_program_beside_the_session_shows_what_it_has_printed_so_far(folder):
+    (folder / "client.py").write_text("import sys, time\nprint(sys.argv[1:])\ntime.sleep(60)\n")
+    client = judging.beside("client.py", "5", "6")
+    try:
+        assert wait_until(lambda: client.output == "['5', '6']", 10.0) and not client.ended
+    finally:
+        client.stop()
+    assert client.ended
 
 
 TIMED = """rclpy.spin({spun})

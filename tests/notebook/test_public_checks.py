@@ -80,11 +80,32 @@ MORE = {
                 "            with self.cabin:\n                time.sleep(period)\n",
             ),
         ),
+        "a floor that comes twice in a row is one stop": (
+            (
+                "lift_server.py",
+                "stops.append(left.pop(0))",
+                "stops.append(left[0])\n            left[:] = [x for x in left if x != left[0]]",
+            ),
+        ),
+        "the client prints the feedback at the end": (
+            (
+                "lift_client.py",
+                "        print(f'Feedback:",
+                "        self.lines = getattr(self, 'lines', '') + str(f'Feedback:",
+            ),
+            ("lift_client.py", "        print(f'Result:", "        print(self.lines)\n        print(f'Result:"),
+        ),
+    },
+    "ai_integration": {
+        "the agent has a memory": (("wall_agent.py", "if front < 0.5", "if front < (0.5, 1.0)[self.state.value == 1]"),)
     },
     "calculator": {
         "one argument alone ends in a traceback": (
             ("calculator_client.py", "except ValueError:", "except ZeroDivisionError:"),
-        )
+        ),
+        "the log of responses is at level debug": (
+            ("calculator_server.py", "info(\n            f'Response", "debug(\n            f'Response"),
+        ),
     },
     "services": {
         "relay waits 4 s for a server, which holds up the next caller": (
@@ -401,6 +422,250 @@ def test_a_check_names_the_cause(empty, exercise, check, file, old, new, says):
     text = files[file].decode()
     assert old in text
     assert says in Page(exercise).judge({**files, file: text.replace(old, new).encode()}, check)[check]
+
+
+CANCELED = "                goal_handle.canceled()\n                break\n"
+ENDLESS = """        turns = 0.0
+        while turns < right:
+            turns += 0.1
+        if right > 1.2:"""
+ASKED = "        answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))\n"
+SAID = "        response.success = True\n        response.message = f'{a} + {b} = {answer.sum}'\n"
+PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
+
+    async def probe(self):
+        if self.client.service_is_ready():
+            await self.client.call_async(AddTwoInts.Request())
+"""
+KEPT = """        self.kept = getattr(self, 'kept', {})
+        if (a, b) not in self.kept:
+            self.kept[a, b] = await self.client.call_async(AddTwoInts.Request(a=a, b=b))
+        answer = self.kept[a, b]
+"""
+
+
+def each_night(*case: str):
+    """A case that is judged each night."""
+    return pytest.param(*case, marks=pytest.mark.matrix)
+
+
+@pytest.mark.parametrize(
+    ("exercise", "check", "file", "old", "new", "says"),
+    [
+        (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            CANCELED,
+            CANCELED.replace("break", "return Lift.Result()"),
+            ", and said stops=[], floor=0, as an empty Lift.Result() does",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            CANCELED,
+            CANCELED.replace("break", "self.floor = 0\n                break"),
+            "a cancelled goal had stopped at [1] and reached floor ",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            CANCELED,
+            CANCELED.replace("break", "return Lift.Result(floor=self.floor)"),
+            "the result must say stops=[1], floor=3, and said stops=[], floor=3",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "self.get_parameter('top').value",
+            "9",
+            "with the parameter top at 2, a goal for [3] must be rejected, and was accepted",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        while left:\n            if goal",
+            "        goal_handle.publish_feedback(Lift.Feedback())\n        while left:\n            if goal",
+            "needs no step, so it has no feedback, and this goal sent feedback (floor, stops_left): [(0, 0)]",
+        ),
+        each_night(
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            "        outcome = node.run(options.floors)\n",
+            "        for floor in options.floors:\n            outcome = node.run([floor])\n",
+            "one goal with the floors [5, 6] must be sent, and [[5], [6]] were",
+        ),
+        each_night(
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            "self.heard >= self",
+            "self.heard > self",
+            "the cancel must be sent as soon as 2 feedback messages have come, and came after 3",
+        ),
+        each_night(
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            "print(f'Result:",
+            "str(f'Result:",
+            "all of which must be printed; not there: [411, 412, 413]",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "        if front < 0.5:",
+            "        if right > 1.2:\n            return {'linear': 0.2, 'angular': -0.4}\n        if front < 0.5:",
+            "'right': 2.0} it must decide (0.0, 0.5): rule 1 comes before rule 2; it decides (0.2, -0.4)",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "front < 0.5",
+            "front <= 0.5",
+            "0.5 m is not nearer than 0.5 m",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "right > 1.2",
+            "right >= 1.2",
+            "1.2 m is not farther than 1.2 m",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "        if right > 1.2:",
+            ENDLESS,
+            "wall_agent.py had not answered {'front': inf, 'right': inf} after ",
+        ),
+        (
+            "ai_integration",
+            "wall-follower",
+            "wall_agent.py",
+            "        if right > 1.2:",
+            ENDLESS,
+            "no beams: no command comes any more\nwall_follower.py is here:\n  wall_follower.py, line ",
+        ),
+        each_night(
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "seconds=0.5",
+            "seconds=1.5",
+            "a scan may be used until it is 0.5 s old, and it drove on for 1.",
+        ),
+        (
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "+= error * step",
+            "+= self.last_error * step",
+            "which is what the error before gives",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "self.integral += error * step",
+            "self.integral = max(-10.0, min(10.0, self.integral + error * step))",
+            "the effort must be 200 or more; it was 10",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "time.monotonic()",
+            "self.get_clock().now().nanoseconds / 1e9",
+            "the step is in real seconds, by time.monotonic(), also with use_sim_time",
+        ),
+        each_night(
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "request.b == 0.0",
+            "abs(request.b) < 1e-6",
+            "1.0 divide 1e-09 was refused: Division by zero",
+        ),
+        each_night(
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "operation == 'add'",
+            "operation in 'add'",
+            "1.0 ad 2.0 must not succeed",
+        ),
+        each_night(
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "info(\n            f'Request",
+            "debug(\n            f'Request",
+            "the log must have a line with the a, b and operation of each request, and has none for 15.5 add 3.2",
+        ),
+        each_night(
+            "calculator",
+            "calculator-client",
+            "calculator_client.py",
+            "_, a, b, operation = remove",
+            "_, operation, a, b = remove",
+            "add 15.5 3.2 it takes: the order is A B OPERATION.",
+        ),
+        each_night(
+            "calculator",
+            "calculator-client",
+            "calculator_client.py",
+            "node.call(a, b, operation)\n    except KeyboardInterrupt:\n        return 130\n",
+            "node.call(a, b, operatoin)\n    except Exception:\n        response = None\n",
+            "\n    except Exception:\nThis catches every exception, also that of a misspelt name",
+        ),
+        (
+            "services",
+            "relay",
+            "relay.py",
+            "= {answer.sum}'",
+            "= {a + b}'",
+            "The message must contain the sum that was received, not one of the relay's own",
+        ),
+        each_night(
+            "services",
+            "relay",
+            "relay.py",
+            "        self.get_logger().info('Relay ready')\n",
+            PROBES,
+            "each call sends one request, and without a call none is sent: after ",
+        ),
+        each_night(
+            "services",
+            "relay",
+            "relay.py",
+            ASKED,
+            KEPT,
+            "each call must ask /add_two_ints again: call 2 with a=40 and b=3 sent it no request, and was answered ",
+        ),
+        each_night(
+            "services",
+            "relay",
+            "relay.py",
+            ASKED + SAID,
+            "        done = self.client.call_async(AddTwoInts.Request(a=a, b=b))\n"
+            "        done.add_done_callback(lambda future: setattr(response, 'success', True))\n",
+            "A field that nobody sets before the callback has ended stays as it is",
+        ),
+    ],
+)
+def test_a_check_holds_a_sentence_of_its_task(empty, exercise, check, file, old, new, says):
+    files = answers.changed(answers.solution(exercise), file, (old, new))
+    assert says in Page(exercise).judge(files, check)[check]
 
 
 def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):

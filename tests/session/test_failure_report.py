@@ -683,3 +683,19 @@ def test_a_class_of_a_file_beside_the_notebook_is_named_with_its_file(tmp_path, 
     (tmp_path / "relay.py").write_text("class Relay(Node):\n    pass\n")
     assert hint("NameError: name 'Relay' is not defined", "ros.start(Relay)").endswith("`ros.start('relay.py')`.")
     assert hint("NameError: name 'Rel' is not defined", "ros.start(Rel)") == ""
+
+
+def test_where_a_program_is_may_be_in_another_file_beside_it(tmp_path):
+    node, agent = tmp_path / "node.py", tmp_path / "agent.py"
+    node.write_text("def tick():\n    decide()\n")
+    agent.write_text("def decide():\n    while True: pass\n")
+    other = tmp_path / "library" / "agent.py"
+    stacks = (
+        "Current thread 0x1 (most recent call first):\n"
+        f'  File "{agent}", line 2 in decide\n  File "{other}", line 1 in call\n  File "node.py", line 2 in tick\n'
+    )
+    found = failure_report.where(stacks, node)
+    assert [(frame.place, frame.line, frame.code) for frame in found] == [
+        ("node.py", 2, "decide()"),
+        ("agent.py", 2, "while True: pass"),
+    ]
