@@ -207,7 +207,8 @@ class GoalRecorder(Recorder):
             last = f"its last event is '{before[0] if before else 'none'}'."
             if at:
                 raise NodeFailed(f"this goal of the action {name} will get no further within {timeout:g} s: {last}{at}")
-            raise NodeFailed(f"no node serves the action {name} any more, so this goal has no end: {last}")
+            served = "any more" if before and before[0] != "goal" else "now"
+            raise NodeFailed(f"no node serves the action {name} {served}, so this goal has no end: {last}")
         return False
 
     def _goes_on(self) -> bool:

@@ -127,6 +127,8 @@ def build(
         raise InterfaceError(
             f"'{package}' is not a valid package name: use lower-case letters, digits and single underscores"
         )
+    if use and _is_of_ros(package):
+        raise InterfaceError(f"{package} is a package of ROS 2, which yours would hide: choose another name")
     texts = _read(files)
     definitions = [parse(text, name, package) for name, text in texts.items()]
     _check_types(package, definitions)
@@ -146,12 +148,21 @@ def build(
     return built
 
 
+def _is_of_ros(package: str) -> bool:
+    """Return True for a package beside rclpy, in the wheels or in a sourced ROS 2."""
+    prefixes = [Path(prefix) for prefix in (sys.prefix, *os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
+    found = [prefix / "share" for prefix in prefixes if (prefix / "share" / "rclpy").is_dir()]
+    return any((share / package / "package.xml").is_file() for share in found)
+
+
 def identity(package: str, files: Mapping[str, str] | Iterable[str | Path]) -> str:
     """What tells a build of these definitions from any other: the name of its folder; raises InterfaceError."""
     return _key(package, _read(files))
 
 
 def _read(files: Mapping[str, str] | Iterable[str | Path]) -> dict[str, str]:
+    if isinstance(files, str):
+        raise InterfaceError("the definitions have names: write build('my_package', {'Half.srv': '''...'''})")
     if isinstance(files, Mapping):
         texts = dict(files)
     else:

@@ -85,8 +85,9 @@ def owner(client: Client | ActionClient) -> str:
 
     Seen in 7.1.6: a client knows only the name of its node's logger, which has dots for the slashes.
     """
-    node = getattr(client, "_node", None)
-    return node.get_fully_qualified_name() if node else f"/{client.logger_name.replace('.', '/')}"
+    if node := getattr(client, "_node", None):
+        return str(node.get_fully_qualified_name())
+    return f"/{getattr(client, 'logger_name', '').replace('.', '/')}"
 
 
 def client_of(node: Node, future: Future) -> Client | ActionClient | None:

@@ -18,6 +18,7 @@ from course.ros.names import OF_EVERY_NODE, base, full, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
 from course.session.guards import say
 from course.session.interface_usage import is_of
+from course.session.live_node import LiveNode
 from course.session.matching import SEND, served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.offered import none_will_offer
@@ -118,9 +119,13 @@ class Calls:
     def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
         hanging = self.hanging(service, deadline - time.monotonic())
+        serving = [each for each in list(self._handles.values()) if service in each.services]
+        raised = {each: len(each.errors) for each in serving if isinstance(each, LiveNode)}
 
         def look() -> None:
             self._look_at(service)
+            if any(node.has_raised_in(service, since) for node, since in raised.items()):  # the same as before
+                self._look_at(service, again=True)
             if at := hanging():
                 client.remove_pending_request(future)
                 raise self._unanswered(service, f"will not answer within {timeout:g} s", at)
@@ -129,7 +134,8 @@ class Calls:
             self._owing -= {*servers}
             return future.result()
         client.remove_pending_request(future)
-        self._look_at(service)
+        again = any(len(node.errors) > since for node, since in raised.items())
+        self._look_at(service, again=again or (bool(serving) and not any(each.alive for each in serving)))
         raise self._unanswered(service, f"did not answer within {timeout:g} s", self._doing(service))
 
     def _unanswered(self, service: str, what: str, at: str) -> CallTimeout:

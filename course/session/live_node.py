@@ -4,6 +4,7 @@ import contextlib
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -71,6 +72,14 @@ class LiveNode:
         """Return the text of the cell or file of the callback of `service`, and its name; '' if unknown."""
         found = (each.callback for each in self.node.services if each.service_name == service)
         return next(((text_of(callback), getattr(callback, "__name__", "")) for callback in found), ("", ""))
+
+    def has_raised_in(self, service: str, since: int) -> bool:
+        """Return True if one of its `errors`, from the number `since` on, was raised in the callback of `service`."""
+        _, name = self.callback_of(service)
+        errors = self.errors[since:] if name else []
+        return any(
+            frame.f_code.co_name == name for error in errors for frame, _ in traceback.walk_tb(error.__traceback__)
+        )
 
     def is_held_here(self) -> bool:
         """Return True in the node's only thread for callbacks."""

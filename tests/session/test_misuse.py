@@ -1,6 +1,7 @@
 """What is given to a session's method in the place of something else is told at once, in the words of that method."""
 
 import os
+import signal
 import time
 from collections.abc import Iterator
 
@@ -10,7 +11,7 @@ from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
-from course.errors import CallTimeout, LiveError
+from course.errors import CallTimeout, LiveError, NodeFailed
 from course.session.live import Session
 
 PROGRAM = """
@@ -137,3 +138,32 @@ def test_a_long_wait_for_a_misspelt_service_says_soon_what_there_is(session, cap
         session.call("/addd", AddTwoInts, a=1, b=2, timeout=7.0)
     said = capsys.readouterr().err
     assert "/add" in said or time.monotonic() - began < 3.0
+
+
+def test_an_exception_that_is_raised_again_is_told_again(session):
+    class Raises(Node):
+        def __init__(self):
+            super().__init__("raises")
+            self.create_service(Trigger, "raises", self.tell)
+
+        def tell(self, request, response):
+            response.message = reqest  # noqa: F821
+            return response
+
+    session.start(Raises)
+    for _ in range(2):
+        began = time.monotonic()
+        with pytest.raises(NodeFailed, match="name 'reqest' is not defined"):
+            session.call("raises", Trigger)
+        assert time.monotonic() - began < 4.0
+    session.stop("raises")
+
+
+def test_a_program_that_was_killed_is_told_again(session, tmp_path):
+    path = tmp_path / "teller.py"
+    path.write_text(PROGRAM)
+    started = session.start(path)
+    os.kill(started.pid, signal.SIGKILL)
+    for _ in range(2):
+        with pytest.raises(NodeFailed, match="SIGKILL"):
+            session.call("tell", Trigger, timeout=3.0)
