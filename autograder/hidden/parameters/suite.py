@@ -47,6 +47,7 @@ LONG = 1.5  # s, a step that is longer than a second
 SLOW, FAST = 0.5, 16.0  # a ki, and another that nobody takes for it
 SLIGHT = 1e-3  # a change of the error that makes no large slope, however short the step
 LEAP, STEEP = 0.125, 9.0  # a change of the error, and a kd with which it makes a large slope
+BEFORE = 0.5  # a kp with which each error has another effort
 SHARP = 0.5  # of an effort: a slope of LEAP with the gain STEEP makes more in a step of less than 2 s
 FAR = 1e6  # a limit that is as good as any
 SETTLES, SETTLED = 3, 0.4  # tries until nothing of what was before is seen, for so many s
@@ -348,7 +349,7 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
     """The derivative part is kd × the change of the error per second."""
     # Efforts of less than 10: limits that do not move cost nothing here.
     kd, before = rng.randrange(1, 4) / 2, rng.uniform(-0.25, -0.1)
-    pid.arrange(kp=0.5)  # the error and the time before are kept, too, while kd is 0
+    pid.arrange(kp=BEFORE)  # the error and the time before are kept, too, while kd is 0
     pid.send(0.5)
     time.sleep(0.06)
     last = pid.send(before)
@@ -365,7 +366,8 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
     for number, (error, pause) in enumerate(errors):
         time.sleep(pause)
         answer = pid.send(error)
-        late = number == 0 and answer.effort == 0  # whether a new kd counts at once is judged by another test
+        # Whether new gains count at once is judged by another test: these are the efforts of those before.
+        late = number == 0 and (answer.effort == 0 or near(answer.effort, BEFORE * error))
         expected = tuple(kd * (error - before) / step for step in steps(last, answer))
         if not late and not between(answer.effort, expected):
             raise Wrong(
