@@ -42,7 +42,7 @@ class LiftServer(Node):
         return GoalResponse.REJECT
 
     def take_over(self, goal_handle):
-        """Note the newest goal: the one that runs sees that it is another, and ends."""
+        """Store the newest goal: the one that runs sees that it is no longer the newest, and ends."""
         self.newest = goal_handle
         goal_handle.execute()
 
@@ -51,7 +51,7 @@ class LiftServer(Node):
         return CancelResponse.ACCEPT
 
     def execute(self, goal_handle):
-        """Wait until the goal before has let the cabin go, then move it."""
+        """Wait until the goal before this one has released the cabin, then move the cabin."""
         with self.cabin:
             return self.move(goal_handle)
 

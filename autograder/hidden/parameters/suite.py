@@ -160,8 +160,8 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     for kp in rng.sample(range(3, 12), 3):
         pid.expect_set("A kp in its range, set while the node runs,", kp=kp / 2)
         pid.expect_effort(error, kp / 2 * error, "After kp was set, the very next effort must use the new kp")
-    pid.expect_set("A kp in its range, set together with kd,", kd=0.0, kp=7.0)
-    pid.expect_effort(error, 7.0 * error, "After kd and kp were set together, the very next effort must use the new kp")
+    pid.expect_set("A kp in its range, set together with kd,", kd=0.0, kp=1.2)
+    pid.expect_effort(error, 1.2 * error, "After kd and kp were set together, the very next effort must use the new kp")
     if pid.gains_by_launch:
         return
     last = begin_integral(pid, error, ki=SLOW)
@@ -365,7 +365,12 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
     errors += [(errors[-1][0], 0.1), (errors[-1][0] + SLIGHT, 0.0)]
     for number, (error, pause) in enumerate(errors):
         time.sleep(pause)
-        answer = pid.send(error)
+        try:
+            answer = pid.send(error)
+        except TimedOut:
+            if error == 0.0:
+                return  # judged by another test
+            raise
         # Whether new gains count at once is judged by another test: these are the efforts of those before.
         late = number == 0 and (answer.effort == 0 or near(answer.effort, BEFORE * error))
         expected = tuple(kd * (error - before) / step for step in steps(last, answer))
