@@ -132,6 +132,10 @@ class GoalRecorder(Recorder):
             raise CourseError(
                 f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not {goal!r:.40}"
             )
+        if self._sent:
+            raise CourseError(
+                "this recorder has a goal: make a new one for each goal, `GoalRecorder(client).send(goal)`"
+            )
         self.add(event="goal")
         self._sent = time.monotonic()
         _sent.add(self)
@@ -143,14 +147,17 @@ class GoalRecorder(Recorder):
 
         Raises CourseError before a goal is sent, and before it has an answer.
         """
-        if not self._sent:
-            raise CourseError("no goal was sent: `GoalRecorder(client).send(goal)` sends one")
+        self._expect_goal()
         if self._handle is None:
             raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
         self.add(event="cancel")
         answer = self._handle.cancel_goal_async()
         answer.add_done_callback(self._on_cancel)
         return answer
+
+    def _expect_goal(self) -> None:
+        if not self._sent:
+            raise CourseError("no goal was sent: `GoalRecorder(client).send(goal)` sends one")
 
     def _on_cancel(self, future: Future) -> None:
         answer = future.result()
@@ -221,6 +228,7 @@ class GoalRecorder(Recorder):
 
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
         """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer."""
+        self._expect_goal()
         ends = {*self.END}
 
         def there(table: dict[str, list[Any]]) -> bool:
@@ -265,6 +273,7 @@ class GoalRecorder(Recorder):
         Raises NodeFailed when the goal's server is gone, and in a live session when the goal was aborted because its
         server raised an exception.
         """
+        self._expect_goal()
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
         end = self._end()
         if end == "aborted":

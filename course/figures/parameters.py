@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 
+from course.errors import CourseError
 from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 from course.recorders import ParameterRecorder, Recorder
@@ -47,6 +48,8 @@ def changes(
         for time, parameter, value, accepted, reason in zip(*table.values(), strict=True)
         if parameter == name
     ]
+    if name not in table["name"] and table["name"]:
+        raise CourseError(f"this record has no parameter {name!r}: it has {', '.join(sorted({*table['name']}))}")
     at_start = name in table["name"][: record.at_start] if isinstance(record, ParameterRecorder) else False
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     sets = accepted[at_start:]

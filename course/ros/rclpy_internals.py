@@ -60,6 +60,11 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
     return executor._executor._threads
 
 
+def pool_of(executor: Executor) -> list[threading.Thread]:
+    """Return the threads of an executor that runs callbacks in a pool; none for others.  Seen in 7.1.6."""
+    return list(getattr(getattr(executor, "_executor", None), "_threads", ()))
+
+
 def is_shut_down(executor: Executor) -> bool:
     """Return True if `executor.shutdown` was called.  Seen in 7.1.6: not public."""
     return executor._is_shutdown

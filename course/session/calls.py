@@ -188,9 +188,13 @@ class Calls:
         return look
 
     def _doing(self, service: str) -> str:
-        """Return where the program that serves `service` (or any program, for '') is now; '' if it only waits."""
+        """Return where what serves `service` (or any program, for '') is now; '' if it only waits."""
         for handle in list(self._handles.values()):
-            if isinstance(handle, NodeProcess) and service in ("", *handle.services) and (frames := handle.doing()):
+            if (
+                (service or isinstance(handle, NodeProcess))
+                and service in ("", *handle.services)
+                and (frames := handle.doing())
+            ):
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
         return ""
 

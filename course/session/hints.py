@@ -330,13 +330,15 @@ def _no_such_class(found: re.Match[str], source: str) -> str:
     if wrong := wrong_import(module, name, source):
         return wrong
     try:
-        known = [each for each in dir(importlib.import_module(module)) if each[:1].isupper() and "_" not in each]
+        names = [each for each in dir(importlib.import_module(module)) if not each.startswith("_")]
     except ImportError:
-        known = []
+        names = []
+    of_types = module.rpartition(".")[2] in ("msg", "srv", "action")
+    known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
-    if module.rpartition(".")[2] not in ("msg", "srv", "action"):
-        return f"{module} has no {name}: look for the module that has it.{meant}"
+    if not of_types:
+        return f"{module} has no {name}{'.' if near else ': look for the module that has it.'}{meant}"
     return (
         f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
     )
@@ -587,7 +589,19 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"'dict' object has no attribute '(\w+)'",
-        lambda found, source: f"Read the values of a dict with square brackets: `['{found[1]}']`.",
+        lambda found, source: (
+            f"Read the values of a dict with square brackets: `['{found[1]}']`."
+            if re.search(rf"\.\s*{found[1]}\b", source)  # or else it is an argument of a function of the course
+            else ""
+        ),
+    ),
+    (
+        r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object attribute '(\w+)' is read-only",
+        lambda found, source: (
+            f"Somewhere `{found[1]}.{found[2]}.{found[3]} = ...` was run, without brackets after `{found[2]}`. It has "
+            "changed the type itself, for all of this kernel: correct that line, and restart the kernel (Kernel, "
+            "Restart Kernel)."
+        ),
     ),
     (
         r"The '(\w+)' field must be a set or sequence",

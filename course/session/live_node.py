@@ -15,7 +15,16 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.ros.rclpy_internals import NodeNameNonExistentError
-from course.session.failure_report import GOAL_ENDING, NO_RESULT, NO_STATE, FailureReport, cell_of, of_goal, text_of
+from course.session.failure_report import (
+    GOAL_ENDING,
+    NO_RESULT,
+    NO_STATE,
+    FailureReport,
+    Frame,
+    cell_of,
+    of_goal,
+    text_of,
+)
 from course.session.logs import Logs
 from course.session.source import class_text
 from course.session.spinner import Spinner, destroy_node
@@ -80,6 +89,10 @@ class LiveNode:
         return any(
             frame.f_code.co_name == name for error in errors for frame, _ in traceback.walk_tb(error.__traceback__)
         )
+
+    def doing(self) -> tuple[Frame, ...]:
+        """Return the frames of a callback that it is in now; () if it only waits for callbacks."""
+        return self._spinner.doing()
 
     def is_held_here(self) -> bool:
         """Return True in the node's only thread for callbacks."""

@@ -1,5 +1,7 @@
 """An executor in a background thread that spins one node, for every node of a live session and of the grader."""
 
+import linecache
+import sys
 import threading
 import time
 from collections import deque
@@ -9,8 +11,9 @@ from dataclasses import replace
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
-from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool
-from course.session.failure_report import FailureReport, cell_of, of_exception
+from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool, pool_of
+from course.session.failure_report import FailureReport, Frame, cell_of, of_exception
+from course.session.source import is_cell
 
 KEPT = 100  # exceptions of one node
 REPORTS = 20  # exceptions that are shown to the reader: their texts may differ
@@ -64,6 +67,21 @@ class Spinner:
                 self.reports[-1] = replace(report, hint="Its further exceptions are shown only in `ros.logs()`.")
         self.node.get_logger().error(report.line)
         self._changed()
+
+    def doing(self) -> tuple[Frame, ...]:
+        """Return the frames of a callback that a thread is in now, those in the reader's cells; () if none is."""
+        stacks = sys._current_frames()
+        for thread in (self.thread, *pool_of(self.executor)):
+            found, frame = [], stacks.get(thread.ident or 0)
+            while frame:
+                code = frame.f_code
+                if is_cell(code.co_filename):
+                    text = linecache.getline(code.co_filename, frame.f_lineno).strip()
+                    found.append(Frame("the cell", frame.f_lineno, code.co_name, text))
+                frame = frame.f_back
+            if found:
+                return tuple(reversed(found))
+        return ()
 
     def _service_callbacks(self) -> list[Callable[..., object]]:
         return [service.callback for service in self.node.services]

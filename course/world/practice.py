@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from course.errors import WorldError
 from course.robot.sectors import Scan
 from course.world.laser import Laser
 from course.world.rooms import Room
@@ -38,6 +39,8 @@ def practise(
     aside, so that there are examples of getting out of a bad place.  The same `seed` gives the same examples.  Raises
     WorldError if there is no such room.
     """
+    if isinstance(rooms, str):
+        raise WorldError(f"`rooms` is a list of rooms: write rooms=[{rooms!r}]")
     random = np.random.default_rng(seed)
     seen: list[Mapping[str, Any]] = []
     done: list[Mapping[str, float]] = []

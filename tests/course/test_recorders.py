@@ -110,6 +110,15 @@ def test_a_wait_for_feedback_is_over_soon_after_the_end_of_the_goal(fibonacci):
 def test_a_cancel_of_a_goal_that_was_never_sent_says_so(fibonacci):
     with pytest.raises(CourseError, match=r"no goal was sent: `GoalRecorder\(client\).send\(goal\)` sends one"):
         GoalRecorder(fibonacci).cancel()
+    with pytest.raises(CourseError, match="no goal was sent"):
+        GoalRecorder(fibonacci).wait_end()
+
+
+def test_a_recorder_keeps_one_goal(fibonacci):
+    goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=2))
+    with pytest.raises(CourseError, match="make a new one for each goal"):
+        goal.send(Fibonacci.Goal(order=3))
+    assert goal.wait_end() == "succeeded"
 
 
 def test_a_recorder_that_is_given_something_else(fibonacci):

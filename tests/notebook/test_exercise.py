@@ -211,6 +211,24 @@ class Adder(Node):
     assert kernel.run(cell.replace(" + ", " * ") + "ros.start(Adder)" + call) == "15"
 
 
+def test_the_line_in_which_a_callback_of_the_notebook_hangs_is_told(kernel):
+    said = kernel.run("""
+import time
+from example_interfaces.srv import AddTwoInts
+from rclpy.node import Node
+class Sleeper(Node):
+    def __init__(self):
+        super().__init__("sleeper")
+        self.create_service(AddTwoInts, "sleeps", self.add)
+    def add(self, request, response):
+        time.sleep(8.0)
+        return response
+ros.start(Sleeper)
+ros.call("sleeps", AddTwoInts, timeout=2.0)
+""")
+    assert "its server is busy.\nsleeper is here:\n  the cell, line 10, in add\n    time.sleep(8.0)" in said
+
+
 def test_a_slip_is_told_below_its_cell(kernel):
     out = kernel.run("def f(response):\n    response.sum == 3\n")
     assert out.startswith("note: line 2: `response.sum == 3` compares, and changes nothing. To set it, write ")

@@ -699,3 +699,19 @@ def test_where_a_program_is_may_be_in_another_file_beside_it(tmp_path):
         ("node.py", 2, "decide()"),
         ("agent.py", 2, "while True: pass"),
     ]
+
+
+def test_a_name_that_a_module_has_nearly_is_named():
+    said = hint("ImportError: cannot import name 'timelin' from 'course.figures' (/course/figures/__init__.py)")
+    assert said == "course.figures has no timelin. Did you mean `timeline`?"
+
+
+def test_a_dict_inside_the_course_has_no_hint_on_the_readers_line():
+    error = "AttributeError: 'dict' object has no attribute 'start'"
+    assert hint(error, "figures.timeline(goal.table())") == ""
+    assert "`['start']`" in hint(error, "print(table.start)")
+
+
+def test_a_type_that_was_changed_by_a_missing_bracket_is_told_with_the_cure():
+    said = hint("AttributeError: 'AddTwoInts_Response' object attribute 'sum' is read-only")
+    assert "`AddTwoInts.Response.sum = ...` was run, without brackets" in said and "restart the kernel" in said
