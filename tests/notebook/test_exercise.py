@@ -226,7 +226,7 @@ class Sleeper(Node):
 ros.start(Sleeper)
 ros.call("sleeps", AddTwoInts, timeout=2.0)
 """)
-    assert "its server is busy.\nsleeper is here:\n  the cell, line 10, in add\n    time.sleep(8.0)" in said
+    assert "sleeper is here:\n  the cell, line 9, in add\n    time.sleep(8.0)" in said
 
 
 def test_a_slip_is_told_below_its_cell(kernel):
