@@ -1,4 +1,4 @@
-"""What a cell gives to a method of the session in the place of something else, said in the words of that method."""
+"""Checks of what a cell gives to a session: what stands in the place of something else is told at once."""
 
 import inspect
 from collections.abc import Callable, Mapping
