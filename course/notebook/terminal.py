@@ -165,7 +165,7 @@ def _unread_parameter(words: list[str]) -> str:
 def _no_shell(command: str, words: list[str]) -> str:
     """Return why a command that needs a shell is not run here."""
     what = f"`{words[0]}` needs a shell" if words else "it names no program"
-    lasts = bool(words) and words[0] in OF_A_SHELL  # with `!` it would act on a shell that ends at once
+    lasts = len(words) == 1 and words[0] in OF_A_SHELL  # with `!` it would act on a shell that ends at once
     return (
         f"This was not run: {what}, and `terminal(...)` runs each line as one program, without a shell. Type it in a "
         "terminal (File, New, Terminal)"
