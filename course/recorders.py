@@ -234,7 +234,8 @@ class GoalRecorder(Recorder):
         def there(table: dict[str, list[Any]]) -> bool:
             return table["event"].count("feedback") >= count
 
-        self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout)
+        if not self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout):
+            return False
         return self.wait_for(there, min(timeout, LAST))
 
     @property

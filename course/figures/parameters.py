@@ -48,7 +48,7 @@ def changes(
         for time, parameter, value, accepted, reason in zip(*table.values(), strict=True)
         if parameter == name
     ]
-    if name not in table["name"] and table["name"]:
+    if not rows and table["name"]:
         raise CourseError(f"this record has no parameter {name!r}: it has {', '.join(sorted({*table['name']}))}")
     at_start = name in table["name"][: record.at_start] if isinstance(record, ParameterRecorder) else False
     accepted = [(time, value) for time, value, ok, _ in rows if ok]

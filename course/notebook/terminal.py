@@ -154,7 +154,7 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
 
 def _unread_parameter(words: list[str]) -> str:
     """Return why a parameter on a command line would not be read, or ''."""
-    runs = words[:2] == ["ros2", "run"] or words[:1] == ["python3"] or words[:1] == ["python"]
+    runs = words[:2] == ["ros2", "run"] or _program(words)
     before = words[: words.index("--ros-args")] if "--ros-args" in words else words
     given = [word for flag, word in itertools.pairwise(before) if flag == "-p" and ":=" in word]
     if not runs or not given:
@@ -215,7 +215,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     why = ", because a node of this notebook has failed" if path and time.monotonic() >= in_vain else ""
     if path:
         at = at or _lines(stacks.doing(program.pid, path))
-    if not path:  # `ros2 run` ends its program, too
+    else:  # `ros2 run` ends its program, too
         program.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):
             program.wait(GRACE)

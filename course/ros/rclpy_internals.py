@@ -57,7 +57,7 @@ def end_thread_pool(executor: MultiThreadedExecutor) -> Iterable[threading.Threa
     for task in executor._futures:
         task._set_executor(None)
         task.add_done_callback(Future.exception)
-    return executor._executor._threads
+    return pool_of(executor)
 
 
 def pool_of(executor: Executor) -> list[threading.Thread]:

@@ -119,12 +119,17 @@ class Calls:
     def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
         hanging = self.hanging(service, deadline - time.monotonic())
-        serving = [each for each in list(self._handles.values()) if service in each.services]
-        raised = {each: len(each.errors) for each in serving if isinstance(each, LiveNode)}
+        nodes = [each for each in list(self._handles.values()) if isinstance(each, LiveNode)]
+        raised = {node: len(node.errors) for node in nodes}
+
+        def raising() -> list[tuple[LiveNode, int]]:
+            """The servers that have raised since then: asking the graph for them only now keeps a usual call fast."""
+            grown = [(node, since) for node, since in raised.items() if len(node.errors) > since]
+            return [(node, since) for node, since in grown if service in node.services]
 
         def look() -> None:
             self._look_at(service)
-            if any(node.has_raised_in(service, since) for node, since in raised.items()):  # the same as before
+            if any(node.has_raised_in(service, since) for node, since in raising()):  # the same as before
                 self._look_at(service, again=True)
             if at := hanging():
                 client.remove_pending_request(future)
@@ -134,8 +139,9 @@ class Calls:
             self._owing -= {*servers}
             return future.result()
         client.remove_pending_request(future)
-        again = any(len(node.errors) > since for node, since in raised.items())
-        self._look_at(service, again=again or (bool(serving) and not any(each.alive for each in serving)))
+        serving = [each for each in list(self._handles.values()) if service in each.services]
+        dead = bool(serving) and not any(each.alive for each in serving)
+        self._look_at(service, again=dead or bool(raising()))
         raise self._unanswered(service, f"did not answer within {timeout:g} s", self._doing(service))
 
     def _unanswered(self, service: str, what: str, at: str) -> CallTimeout:

@@ -45,8 +45,7 @@ from course.session.matching import (
     unserved,
 )
 from course.session.misuse import (
-    called,
-    expect_condition,
+    condition_of,
     expect_name,
     expect_of_a_file,
     expect_parameters,
@@ -292,8 +291,7 @@ class Session:
 
         The reader is told, once, about topics with unfit QoS or a misspelt name, and about scans without a world.
         """
-        expect_condition(condition)
-        condition = called(condition)
+        condition = condition_of(condition)
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
         if timeout > WORLDLESS:

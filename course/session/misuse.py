@@ -15,14 +15,13 @@ def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
     """Raise LiveError unless `name` is text or None; `known` has the session's nodes by name."""
     if name is None or isinstance(name, str):
         return
-    kind = name if isinstance(name, type) else type(name)
-    called = next(
-        (key for key, handle in known.items() if handle is name or kind in type(getattr(handle, "node", None)).mro()),
-        "",
-    )
-    if isinstance(name, Node) or not called:
-        called = name.get_name() if isinstance(name, Node) else "name"
-    raise LiveError(f"the name of a node or a file is text: write ros.{method}('{called}')")
+    if isinstance(name, Node):
+        meant = name.get_name()
+    else:
+        kind = name if isinstance(name, type) else type(name)
+        found = (key for key, each in known.items() if each is name or kind in type(getattr(each, "node", None)).mro())
+        meant = next(found, "name")
+    raise LiveError(f"the name of a node or a file is text: write ros.{method}('{meant}')")
 
 
 def expect_service(service: object, srv_type: object, method: str) -> None:
@@ -39,39 +38,33 @@ def expect_request(request: object, service: str, srv_type: Any) -> None:
     """Raise LiveError for the fields of a request in a dict or a list, or one by one without their names."""
     if isinstance(request, srv_type.Request) or hasattr(request, "get_fields_and_field_types"):
         return
-    names = list(srv_type.Request.get_fields_and_field_types())
-    given: Mapping[Any, Any] = (
-        request if isinstance(request, Mapping) else dict(zip(names, (request,), strict=False)) if names else {}
-    )
-    fields = ", ".join(f"{name}={value!r}" for name, value in given.items())
-    others = "" if isinstance(request, Mapping) else ", ".join(f"{name}=..." for name in names[1:])
-    written = ", ".join(filter(None, (fields, others)))
+    if isinstance(request, Mapping):
+        given = {name: repr(value) for name, value in request.items()}
+    else:  # the value of the first field
+        names = list(srv_type.Request.get_fields_and_field_types())
+        given = dict.fromkeys(names, "...") | dict.fromkeys(names[:1], repr(request))
+    written = ", ".join(f"{name}={value}" for name, value in given.items())
     raise LiveError(
         f"a request's fields are given by name: write ros.call('{service}', {srv_type.__name__}, {written})"
     )
 
 
-def expect_condition(condition: object) -> None:
-    """Raise LiveError for anything but a function as the condition of a wait."""
-    if callable(condition):
-        return
-    if isinstance(condition, Future):
+def condition_of(given: object) -> Callable[[], object]:
+    """Return the condition of a wait; raises LiveError unless it is a function, and when its value is a method."""
+    if isinstance(given, Future):
         raise LiveError(
             "ros.until takes a function that it can call again and again. ros.wait(future) waits for a future, and "
             "returns its result"
         )
-    how = "leave out the brackets after its last name" if isinstance(condition, bool) else "write `lambda:` before it"
-    raise LiveError(
-        f"ros.until takes a function that it can call again and again, and this is a {type(condition).__name__}: its "
-        f"value now. Either {how}, as in `ros.until(future.done)` and `ros.until(lambda: len(scans) > 0)`"
-    )
-
-
-def called(condition: Callable[[], object]) -> Callable[[], object]:
-    """Return `condition`, which raises LiveError when its value is a method that was not called."""
+    if not callable(given):
+        how = "leave out the brackets after its last name" if isinstance(given, bool) else "write `lambda:` before it"
+        raise LiveError(
+            f"ros.until takes a function that it can call again and again, and this is a {type(given).__name__}: its "
+            f"value now. Either {how}, as in `ros.until(future.done)` and `ros.until(lambda: len(scans) > 0)`"
+        )
 
     def value() -> object:
-        found = condition()
+        found = given()
         if inspect.ismethod(found) or isinstance(found, BuiltinMethodType):
             raise LiveError(
                 f"the condition is the method `{found.__name__}` itself, which always counts as true: call it, "

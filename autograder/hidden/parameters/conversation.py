@@ -1,5 +1,6 @@
 """The grader's side of the conversation: it sets the PID node's parameters, sends errors and hears efforts."""
 
+import contextlib
 import math
 import time
 from collections.abc import Mapping, Sequence
@@ -226,7 +227,7 @@ def begin_with_gains(node: PidNode) -> tuple[float, float] | None:
 
 def meet_early(node: PidNode) -> Early | None:
     """Send a node its first errors; None when it does not answer, or has not all parameters: other tests judge that."""
-    try:
+    with contextlib.suppress(Fault):
         node.start_fresh()
         starts, given = node.starts, node.get()
         if given.keys() != DEFAULTS.keys():
@@ -236,13 +237,10 @@ def meet_early(node: PidNode) -> Early | None:
         filled = node.send(STILL)
         node.store({"kp": 0.0, "kd": 0.0} | WIDE)
         early = Early(node, starts, given, first, begun, filled, node.send(STILL), node.send(STILL))
-    except Fault:
-        node.end()  # the next test finds the values of its start
-        return None
-    if not early.lives:
-        node.end()
-        return None
-    return early
+        if early.lives:
+            return early
+    node.end()  # the next test finds the values of its start
+    return None
 
 
 def why_no_controller(pid: PidNode, launched: PidNode) -> str:
