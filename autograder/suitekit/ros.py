@@ -55,6 +55,7 @@ class Ros:
             Log, "/rosout", self._on_log, QoSProfile(depth=HEARD, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         )
         self._spinner = Spinner(self.node, threads)
+        self._spinner.start()
 
     def _on_log(self, log: Any) -> None:
         self._heard.append(log.msg[:LOG_LENGTH])

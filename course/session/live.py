@@ -103,6 +103,7 @@ class Session:
         self.watch = Watch(self._handles)
         self._logs = SessionLogs(self.node, self._handles, self.watch.notice)
         self._spinner = Spinner(self.node)
+        self._spinner.start()
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
         self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
@@ -419,6 +420,7 @@ class Session:
         for end in list(destructors(self.node, package)):
             end()
         self._spinner = Spinner(self.node)
+        self._spinner.start()
 
     def _look_up(self, name: str | None) -> None:
         """Tell the reader about a name that is unknown in this session."""

@@ -57,8 +57,8 @@ class LiveNode:
 
     @property
     def alive(self) -> bool:
-        """Return True while its executor is spinning."""
-        return self._spinner.thread.is_alive()
+        """Return False once its executor has stopped spinning."""
+        return self._spinner.alive
 
     @property
     def errors(self) -> list[BaseException]:

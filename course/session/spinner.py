@@ -23,7 +23,7 @@ class Spinner:
     """An executor in a background thread that spins one node."""
 
     def __init__(self, node: Node, threads: int = 1, changed: Callable[[], None] = lambda: None):
-        """Spin `node` with `threads` threads; `changed` is called, in one of them, when a callback has raised."""
+        """Make one with `threads` threads, which does not spin yet; a callback that raises calls `changed`."""
         self._changed = changed
         context = node.context
         self.node = node
@@ -37,7 +37,15 @@ class Spinner:
         )
         self.executor.add_node(node)
         self.thread = threading.Thread(target=self._spin, name=f"spin {node.get_name()}", daemon=True)
+
+    def start(self) -> None:
+        """Begin to spin."""
         self.thread.start()
+
+    @property
+    def alive(self) -> bool:
+        """Return False once its thread has ended."""
+        return self.thread.ident is None or self.thread.is_alive()
 
     def _spin(self) -> None:
         while True:

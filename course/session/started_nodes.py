@@ -254,8 +254,10 @@ class StartedNodes:
                 ) from None
             raise
         self._replace(node.get_name(), cls=what)  # arguments may have renamed it
-        handle = LiveNode(self._owner, Spinner(node, threads, self._publishing.publish))
+        spinner = Spinner(node, threads, self._publishing.publish)
+        handle = LiveNode(self._owner, spinner)
         self._handles[handle.name] = handle
+        spinner.start()  # not before its handle is kept: a first callback may already be a mistake to tell
         self._logs.forget(handle.name, began)  # of one that was stopped before
         self._publishing.publish()
         for service, count in Counter(each.service_name for each in node.services).items():

@@ -65,7 +65,8 @@ def server(tmp_path):
 def outsider(session, server) -> Iterator[subprocess.Popen]:
     """The server, started in a terminal as it were."""
     with subprocess.Popen([sys.executable, server.name], cwd=server.parent, start_new_session=True) as process:
-        wait_until(lambda: "/adder" in session.nodes(), 20.0)
+        # The names of nodes and the endpoints, which tell the process, are discovered in either order.
+        wait_until(lambda: session.nodes() == ["/adder"] and any(row.process for row in session.rows()), 20.0)
         yield process
         process.kill()
 

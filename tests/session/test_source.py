@@ -2,6 +2,7 @@
 
 import contextlib
 import linecache
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -175,6 +176,19 @@ def test_a_callback_that_waits_as_a_cell_may_is_told(session):
     assert session.until(lambda: node.over)
     (told,) = session.watch.notices()
     assert told.startswith("ros.wait inside a callback of 'waiting' blocks the only thread that runs its callbacks")
+
+
+def test_a_node_spins_only_once_the_session_has_its_handle(session, monkeypatch):
+    had, start = [], threading.Thread.start
+
+    def recorded(thread):
+        if thread.name == "spin waiting":
+            had.extend(session._handles)
+        start(thread)
+
+    monkeypatch.setattr(threading.Thread, "start", recorded)
+    session.start(Waiting, session)
+    assert had == ["waiting"]
 
 
 @pytest.mark.parametrize(
