@@ -34,7 +34,7 @@ from course.robot.sectors import wrap
 
 Floats = NDArray[np.float64]
 # Vermillion is for collisions.
-MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "standing": GREY}
+MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "not moving": GREY}
 COLLISION: dict[str, Any] = {
     "marker": "x",
     "color": VERMILLION,
@@ -242,7 +242,7 @@ def _motions(path: Floats) -> list[str]:
     moved = _moved(path)
     turned = wrap(np.diff(path[:, 3])) / np.maximum(np.diff(path[:, 0]), 1e-9)
     sides = np.where(turned > STRAIGHT, "to the left", "to the right")
-    return np.where(np.abs(turned) > STRAIGHT, sides, np.where(moved, "straight on", "standing")).tolist()
+    return np.where(np.abs(turned) > STRAIGHT, sides, np.where(moved, "straight on", "not moving")).tolist()
 
 
 def _moved(path: Floats) -> NDArray[np.bool_]:

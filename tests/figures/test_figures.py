@@ -415,7 +415,7 @@ def test_without_decisions_the_colours_show_how_the_robot_moved():
         MOTIONS["to the left"],
     ]
     spots = {line.get_markeredgecolor() for line in room.lines if line.get_marker() in "os"}
-    assert spots == {MOTIONS["to the right"], MOTIONS["standing"]}
+    assert spots == {MOTIONS["to the right"], MOTIONS["not moving"]}
 
 
 def _room(figure) -> np.ndarray:
@@ -449,7 +449,7 @@ def test_each_mark_of_a_drive_is_seen_where_many_are_at_one_place():
         "straight on",
         "to the left, on the spot",
         "to the right, on the spot",
-        "standing",
+        "not moving",
         "robot at the end, line: front",
     ]
 

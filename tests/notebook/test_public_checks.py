@@ -650,7 +650,7 @@ def each_night(*case: str):
             "relay.py",
             ASKED,
             KEPT,
-            "each call must ask /add_two_ints again: call 2 with a=40 and b=3 sent it no request, and was answered ",
+            "each call must ask /add_two_ints again: the second call sent it no request, and was answered ",
         ),
         each_night(
             "services",
