@@ -227,7 +227,8 @@ def hint_on(error: Exception) -> str:
 def failed_goals(path: Path, output: str) -> list[FailureReport]:
     """Return reports on a program's failed goals from its output, one for each place of an exception."""
     reports = [of_goal(path.name, REJECTED)] if NO_DECISION in output else []
-    if STATE_NOT_SET in re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL):  # it follows each
+    rest = re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL)  # it follows each
+    if STATE_NOT_SET in rest.partition(MARK)[0]:  # the goals of a program that is ending have no state of their own
         reports.append(of_goal(path.name, NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:
         error, frames = _last_traceback(part.partition("\n")[2], path, first=True)

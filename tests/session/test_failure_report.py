@@ -523,6 +523,8 @@ def test_a_goal_without_a_state_and_one_with_an_exception(tmp_path):
         'Traceback (most recent call last):\n  File "/a/server.py", line 2, in execute\n    a[x]\nKeyError: x\n'
     )
     assert [each.ending for each in failure_report.failed_goals(path, warning)] == [failure_report.NO_STATE]
+    ending = "Traceback (most recent call last):\nRuntimeError: of a cancel callback\n"
+    assert failure_report.failed_goals(path, ending + warning) == [], "the program ends, and its goals with it"
     assert [each.error for each in failure_report.failed_goals(path, raised + warning)] == ["KeyError: x"]
     assert [each.error for each in failure_report.failed_goals(path, (raised + warning) * 2 + warning)] == [
         "",
