@@ -10,6 +10,8 @@ import contextlib
 import os
 import shlex
 import signal
+import socket
+import subprocess
 import sys
 from pathlib import Path
 
@@ -23,6 +25,7 @@ BASHRC = Path(__file__).parent / "bashrc"
 FIXED = "COURSE_SESSION"  # the session chosen by --session
 SHELL = "COURSE_SHELL"  # the process id of the shell
 FRONT = "COURSE_FRONT"  # in a terminal of JupyterLab, the file that names the notebook in front
+WAITS = "COURSE_WAITS"  # the folder of the notebook in front, if that has no session
 WATCHED = "COURSE_WATCHED"  # the content of the two watched files at the last refresh
 USAGE = "Usage: environment/shell [--session NUMBER] [COMMAND...]"
 
@@ -49,6 +52,8 @@ def main(words: list[str]) -> int:
         print(f"environment/shell: {error}", file=sys.stderr)
         return 2
     os.environ.update(variables)
+    if variables[WAITS]:
+        print(_no_session(variables[environment.DOMAIN]), file=sys.stderr)
     if not words:  # closing a terminal must end its programs, even if the server was started by `nohup`
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     command = words or ["bash", "--rcfile", str(BASHRC), "-i"]
@@ -71,7 +76,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             "(look for `source /opt/ros/...` in ~/.bashrc)"
         )
     watched = _watched()  # first, so that later changes are seen at the next refresh
-    home, where = folder, ""
+    home, where, waits = folder, "", ""
     if session:
         record = next((found for found in registry.running() if str(found.pid) == session), None)
         if record is None:
@@ -84,11 +89,12 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             record = registry.of_domain(int(domain))
             home = Path(record.folder) if record else folder
     else:
-        place = shell_domain(folder, shell, watched.partition(" ")[2])
+        beside = _front_folder()
+        place = shell_domain(folder, shell, watched.partition(" ")[2], beside)
         domain, home = str(place.domain), place.folder
+        waits = str(beside) if place.waits else ""
         if place.claim is not None:
-            place.claim.set_inheritable(True)  # the shell keeps holding it
-            place.claim.detach()
+            _keep(place.claim, shell)
     for line in kept.refresh(home):
         print(line, file=sys.stderr)
     kept.use(home)
@@ -104,6 +110,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
             "ROS_PYTHON_CHECK_FIELDS": os.environ["ROS_PYTHON_CHECK_FIELDS"],
             SHELL: str(shell),
             FIXED: session,
+            WAITS: waits,
             environment.DOMAIN: os.environ.get(environment.DOMAIN, "") if where else domain,
             WATCHED: watched,
             "COURSE_CHANGES": _changes(),
@@ -120,18 +127,54 @@ def exports(folder: Path, shell: int, session: str) -> str:
 
     If this moves the shell to another domain, a line on stderr says so.
     """
-    before = os.environ.get(environment.DOMAIN, "")
+    before, waited = os.environ.get(environment.DOMAIN, ""), os.environ.get(WAITS, "")
     try:
         variables = join(folder, shell, session)
     except LiveError as error:
         print(f"environment/shell: {error}", file=sys.stderr)
         variables = {WATCHED: _watched()}
     else:
-        if (now := variables[environment.DOMAIN]) != before:
+        now = variables[environment.DOMAIN]
+        if variables[WAITS]:
+            if (variables[WAITS], now) != (waited, before):
+                print(_no_session(now), file=sys.stderr)
+        elif now != before:
             record = registry.of_domain(int(now))
             where = f"with the notebook in {Path(record.folder).name}" if record else "with your other terminals"
             print(f"This terminal is now in ROS domain {now}, {where}.", file=sys.stderr)
     return "\n".join(f"export {name}={shlex.quote(value)}" for name, value in variables.items())
+
+
+def _no_session(domain: str) -> str:
+    return (
+        "The notebook in front has no session: run its first cell. "
+        f"Until then, this terminal is in ROS domain {domain}, in which no notebook is."
+    )
+
+
+def _keep(claim: socket.socket, shell: int) -> None:
+    """Have the claim held until the process `shell` ends: by itself, if it is this one, or else by a `tail`."""
+    claim.set_inheritable(True)
+    if shell == os.getpid():
+        claim.detach()
+        return
+    with contextlib.suppress(OSError):
+        subprocess.Popen(
+            ["tail", "-s", "5", f"--pid={shell}", "-f", "/dev/null"],
+            pass_fds=[claim.fileno()],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+
+
+def _front_folder() -> Path | None:
+    """Return the folder of the notebook in front, or None."""
+    with contextlib.suppress(OSError, ValueError, IndexError, KeyError):
+        if folder := Path(os.environ[FRONT]).read_text(encoding="utf-8").splitlines()[1]:
+            return Path(folder).resolve()
+    return None
 
 
 def _changes() -> str:

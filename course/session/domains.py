@@ -3,7 +3,8 @@
 The session of a notebook has a domain that no other session has.  A terminal is in the domain of the notebook that runs
 in its folder, or that is in front in its JupyterLab; all other terminals of a user share one domain, whatever their
 folders.  A notebook that starts in a folder where a terminal already is takes the terminal's domain, unless another
-notebook has it, so terminal and notebook meet in either order.
+notebook has it, so terminal and notebook meet in either order.  While the notebook in front has no session, a terminal
+beside it waits in a domain that no notebook has.
 """
 
 import os
@@ -32,6 +33,7 @@ class Place(NamedTuple):
     folder: Path  # whose interface packages it uses: the notebook's, or its own
     claim: socket.socket | None  # holds the terminals' domain until the process ends
     with_notebook: bool
+    waits: bool  # for the session of the notebook in front
 
 
 def domain_number(text: str) -> int:
@@ -63,28 +65,32 @@ def session_domain(folder: Path) -> tuple[socket.socket | None, int]:
     return claim, domain
 
 
-def shell_domain(folder: Path, pid: int, front: str = "") -> Place:
+def shell_domain(folder: Path, pid: int, front: str = "", front_folder: Path | None = None) -> Place:
     """Return the place of a terminal in `folder` with the shell process `pid`; raises LiveError if all are in use.
 
     It joins the session of the kernel `front`, if that runs, or the oldest session in the folder, or else the domain
-    that this user's terminals share.
+    that this user's terminals share.  In `front_folder`, where the notebook in front is, it joins no other notebook.
     """
     with registry.lock():
         sessions = registry.running()
         met = next((record for record in sessions if front and record.kernel == front), None)
-        met = met or next((record for record in sessions if Path(record.folder) == folder), None)
+        if met is None and folder != front_folder:
+            met = next((record for record in sessions if Path(record.folder) == folder), None)
+        waits = met is None and front_folder is not None
         shells = registry.shells()
-        own = next((shell.own for shell in shells if shell.pid == pid), 0)
+        taken = {record.domain for record in sessions} if waits else set()
+        own = next((shell.own for shell in shells if shell.pid == pid and shell.own not in taken), 0)
         claim: socket.socket | None = None
         if not own:
             try:
-                claim, own = _shared_domain([shell for shell in shells if shell.pid != pid])
+                others = [shell for shell in shells if shell.pid != pid and shell.own not in taken]
+                claim, own = _shared_domain(others)
             except LiveError:
                 if met is None:
                     raise
         domain = met.domain if met else own
         registry.write(registry.ShellRecord(pid, processes.birth(pid), str(folder), domain, own))
-    return Place(domain, Path(met.folder) if met else folder, claim, met is not None)
+    return Place(domain, Path(met.folder) if met else folder, claim, met is not None, waits)
 
 
 def note_chosen(folder: Path, pid: int, domain: int) -> None:

@@ -385,6 +385,46 @@ def test_a_terminal_of_jupyterlab_follows_the_notebook_in_front_through_a_restar
         kernel.stop()
 
 
+def test_a_terminal_of_jupyterlab_says_that_the_notebook_in_front_has_no_session_and_joins_it_when_it_has(
+    environment, open_terminal, tmp_path, monkeypatch
+):
+    """The start page's session takes the domain that the terminal is in, in whose strip it was opened."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+    (tmp_path / "services").mkdir()
+    kernels = [Kernel(folder) for folder in (tmp_path, tmp_path / "services")]
+    start, section = (Path(each.manager.connection_file).stem.removeprefix("kernel-") for each in kernels)
+    live = "import course\nros = course.live()\nprint(ros.domain_id)"
+    nobody = r"in front has no session: run its first cell\. Until then, this terminal is in ROS domain (\d+),"
+    try:
+        registry.put_in_front(os.getpid(), start, str(tmp_path))
+        terminal = open_terminal(tmp_path, "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
+        terminal.read_until(nobody)
+        first = re.search(r"domain (\d+)\)", terminal.read_until(r"domain \d+\)\S* \$ $"))[1]
+        assert kernels[0].run(live) == first
+        registry.put_in_front(os.getpid(), section, str(tmp_path / "services"))
+        terminal.type(AGAIN)
+        waiting = re.search(nobody, terminal.read_until(nobody))[1]
+        assert waiting != first
+        terminal.read_until(rf"services \(domain {waiting}\)")
+        assert kernels[1].run(live) == waiting
+        terminal.type("ros2 node list && echo done\n")
+        assert "no session" not in terminal.read_until(r"[\r\n]done\r\n")
+        kernels[1].manager.restart_kernel()
+        kernels[1].client.wait_for_ready(timeout=30)
+        terminal.type("cd .\n")
+        again = re.search(nobody, terminal.read_until(nobody))[1]
+        assert again != first
+        terminal.read_until(rf"services \(domain {again}\)")
+        assert kernels[1].run(live) == again
+        registry.put_in_front(os.getpid(), start, str(tmp_path))
+        terminal.type(AGAIN)
+        terminal.read_until(rf"This terminal is now in ROS domain {first}, with the notebook in ")
+    finally:
+        registry.forget_front(os.getpid())
+        for each in kernels:
+            each.stop()
+
+
 def test_a_terminal_of_jupyterlab_is_in_the_folder_of_the_notebook_in_front_until_one_goes_elsewhere(
     environment, open_terminal, tmp_path, monkeypatch
 ):

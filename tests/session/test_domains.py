@@ -41,8 +41,8 @@ def terminal(processes):
     """Opens a terminal in a folder, or looks again where that of the process `pid` is; returns its place."""
     claims = []
 
-    def open_in(folder: Path, pid: int = 0, front: str = "") -> domains.Place:
-        place = shell_domain(folder, pid or processes(), front)
+    def open_in(folder: Path, pid: int = 0, front: str = "", front_folder: Path | None = None) -> domains.Place:
+        place = shell_domain(folder, pid or processes(), front, front_folder)
         claims.append(place.claim)
         return place
 
@@ -105,6 +105,28 @@ def test_a_terminal_in_jupyterlab_is_with_the_notebook_in_front(tmp_path, proces
     session(processes(), 44, two, "b2")
     assert (terminal(one, pid, "b2").domain, terminal(one, pid, "b2").folder) == (44, two)
     assert terminal(one, pid, "c3").domain == 33, "a notebook without a session is in front"
+
+
+def test_a_terminal_waits_in_nobodys_domain_for_the_session_of_the_notebook_in_front(tmp_path, processes, terminal):
+    start, one, pid = tmp_path, tmp_path / "one", processes()
+    shared = terminal(start, pid).domain
+    assert session_domain(start)[1] == shared  # of this process: the start page's
+    waiting = terminal(one, pid, "b2", one)
+    assert waiting.waits and not waiting.with_notebook and waiting.domain != shared
+    assert terminal(one, pid, "b2", one).domain == waiting.domain
+    assert terminal(one, 0, "b2", one).domain == waiting.domain, "another terminal of the same JupyterLab"
+    session(processes(), 44, one, "c3")
+    assert terminal(one, pid, "b2", one).domain == waiting.domain, "another notebook of the folder has a session"
+    session(processes(), waiting.domain, one, "b2")
+    joined = terminal(one, pid, "b2", one)
+    assert joined.domain == waiting.domain and joined.with_notebook and not joined.waits
+
+
+def test_a_notebook_takes_the_domain_in_which_a_terminal_waits_for_it(tmp_path, processes, terminal):
+    pid, one = processes(), tmp_path / "one"
+    session(processes(), terminal(tmp_path, pid).domain, tmp_path)
+    waiting = terminal(one, pid, "b2", one)
+    assert session_domain(one) == (None, waiting.domain)
 
 
 def test_a_domain_that_somebody_chose_is_no_other_terminals(tmp_path, processes, terminal):
