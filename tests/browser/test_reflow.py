@@ -3,16 +3,26 @@
 A page of 1280 px at 200 % is one of 640 CSS px with two pixels each (WCAG 2.2, 1.4.4 and 1.4.10).
 """
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Request, expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import cell, choose, keep_picture, open_page, run_from_palette, show_panel, write_greeter
+from tests.browser.pages import (
+    cell,
+    choose,
+    keep_picture,
+    open_page,
+    run_from_palette,
+    show_panel,
+    wait_for_kernel,
+    write_greeter,
+)
 
 expect.set_options(timeout=WAIT)
 
 WIDE = {"width": 1280, "height": 950}
 SIZES = {"zoom-200": {"width": 640, "height": 475}, "phone": {"width": 390, "height": 800}}
+NOTEBOOK, VIEWS = ".jp-NotebookPanel", "#ros2-course-robot:visible, #ros2-course-plot:visible"
 DRIVE = """
 from course.world.node import World
 from course.nodes.ai_robot_controller import AIRobotController
@@ -150,4 +160,40 @@ def test_no_panel_is_cut_off_or_scrolls_two_ways_at_200_percent_and_on_a_phone(l
     page.set_viewport_size(WIDE)
     expect(page.locator(".jp-Notebook")).to_be_visible()  # beside the robot again
     expect(panel).to_be_visible()
+    page.close()
+
+
+def test_robot_and_plot_come_back_beside_the_notebook_when_the_page_is_wide_again(lab, chromium):
+    page = chromium.new_page(viewport=WIDE)
+    page.set_default_timeout(WAIT)
+    write_greeter(lab[2] / "back")
+    open_page(page, lab, "back/back.ipynb")
+    views = ("Robot", "Plot")
+    for name in views:
+        run_from_palette(page, "ROS course", name)
+    notebook = page.locator(NOTEBOOK)
+
+    def beside() -> bool:
+        boxes = [page.get_by_role("tabpanel", name=name, exact=True).bounding_box() for name in views]
+        text = notebook.bounding_box()
+        if text is None or None in boxes:
+            return False
+        robot, plot = boxes
+        return text["x"] + text["width"] <= robot["x"] == plot["x"] and robot["y"] + robot["height"] <= plot["y"]
+
+    def is_saved(request: Request) -> bool:
+        return "/api/workspaces/" in request.url and request.method == "PUT"
+
+    assert wait_until(beside, 20)
+    for front in ("back.ipynb", "Robot", "Plot"):
+        with page.expect_request(is_saved):
+            page.set_viewport_size(SIZES["phone"])
+            page.get_by_role("tab", name=front).click()
+            expect(page.locator(f"{NOTEBOOK}:visible, {VIEWS}")).to_have_count(1)
+        if front == "Plot":
+            page.reload()
+            wait_for_kernel(page)
+            expect(page.locator(f"{NOTEBOOK}:visible, {VIEWS}")).to_have_count(1)
+        page.set_viewport_size(WIDE)
+        assert wait_until(beside, 20), front
     page.close()

@@ -6,7 +6,7 @@ import { INotebookTracker } from '@jupyterlab/notebook';
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Widget } from '@lumino/widgets';
 
-import { barOf, borderOf, dockOf, moveBorder } from './dock';
+import { barOf, borderOf, dockOf, moveBorder, tabsWith } from './dock';
 import { SidePanel } from './panel';
 
 /** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
@@ -49,7 +49,8 @@ export function addView(
     execute: () => {
       const panel = known();
       if (!panel.isAttached) {
-        put(panel, isNarrow());
+        behind = isNarrow();
+        put(panel, behind);
       }
       app.shell.activateById(panel.id);
       fit();
@@ -65,7 +66,8 @@ export function addView(
   };
   const put = (panel: SidePanel, behindIt: boolean) => {
     const notebook = notebooks.currentWidget?.isAttached ? notebooks.currentWidget : null;
-    const opened = (id?: string) => (id && document.getElementById(id) ? id : undefined);
+    const among = notebook ? tabsWith(notebook).map(({ id }) => id) : []; // behind the notebook itself
+    const opened = (id?: string) => (id && document.getElementById(id) && !among.includes(id) ? id : undefined);
     const [above, below] = [opened(view.above), opened(view.below)];
     const mode = behindIt ? 'tab-after' : above ? 'split-bottom' : below ? 'split-top' : 'split-right';
     const ref = behindIt ? notebook?.id : (above ?? below ?? notebook?.id);
@@ -75,7 +77,7 @@ export function addView(
       keepWide(notebook, panel);
     }
   };
-  let behind = false; // true if it was beside the notebook while the page was wider
+  let behind = false; // true if it lies behind the notebook because the page is narrow
   const fit = () => {
     const panel = tracker.currentWidget;
     const notebook = notebooks.currentWidget;
@@ -83,7 +85,7 @@ export function addView(
       return;
     }
     const narrow = isNarrow();
-    if (narrow ? panel.isVisible && notebook?.isVisible : behind) {
+    if (narrow ? panel.isVisible && notebook?.isAttached && barOf(panel) !== barOf(notebook) : behind) {
       const front = panel.node.contains(document.activeElement) || !notebook ? panel : notebook;
       put(panel, narrow);
       behind = narrow;
