@@ -100,7 +100,8 @@ def test_an_assignment_can_be_fetched(bob, kernel):
 
 
 def test_instructors_have_formgrader_and_students_have_not(ada, teacher):
-    names = {"formgrader": False, "course-list": False, "create-assignment": False, "assignment-list": True}
+    hidden = ("formgrader", "course-list", "create-assignment", "validate-assignment")
+    names = dict.fromkeys(hidden, False) | {"assignment-list": True}
     for visitor, instructor in ((ada, False), (teacher, True)):
         page = visitor.call("GET", "lab").text
         config = json.loads(page.partition('id="jupyter-config-data" type="application/json">')[2].partition("<")[0])
