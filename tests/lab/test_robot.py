@@ -365,6 +365,20 @@ def test_the_pad_drives_until_it_is_no_longer_renewed_and_leaves_no_publisher(ke
     kernel.run("ros.node.destroy_subscription(ears)")
 
 
+def test_a_page_that_is_half_a_second_late_drives_without_a_stop(kernel, page):
+    kernel.run(f"world = ros.start(World)\n{COMMANDS}")
+    page.subscribe("robot")
+    shown_until(page, lambda known: known.get("idle") == "")
+    kernel.run(
+        "import time\ntimes = []\n"
+        "watch = ros.node.create_subscription(Twist, 'cmd_vel', lambda message: times.append(time.monotonic()), 10)"
+    )
+    page.ask("robot.drive", linear=0.3, angular=0.0)
+    assert kernel.run("print(ros.until(lambda: commands and commands[-1].linear.x == 0.0))") == "True"
+    assert float(kernel.run("print(times[-1] - times[0])")) > 0.5
+    kernel.run("removed = [ros.node.destroy_subscription(each) for each in (watch, ears)]")
+
+
 def test_a_page_that_is_lost_while_it_drives_stops_the_robot(kernel, page):
     kernel.run(f"world = ros.start(World)\n{COMMANDS}")
     other = page_of(kernel)

@@ -10,7 +10,7 @@ from rclpy.publisher import Publisher
 from course.ros.rclpy_internals import RCLError
 from course.session.live import Session
 
-LIMIT = 0.3  # s after the page's last command, when the robot is stopped
+LIMIT = 0.8  # s after the page's last command, when the robot is stopped; a browser on a busy machine may be late
 PERIOD = 0.05  # s between two commands
 KEPT = 1.0  # s that the publisher outlives the last command: later it would look like a driver
 
