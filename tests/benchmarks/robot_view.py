@@ -1,4 +1,4 @@
-"""The robot view while a robot drives: pictures a second, also while a cell computes, the kernel's load, what it sends.
+"""The robot view while a robot drives: pictures a second and the kernel's load, also while a cell runs; what it sends.
 
 Run it with `python tests/benchmarks/robot_view.py`.
 """
@@ -15,6 +15,12 @@ from course.foundation.processes import stat
 
 SPAN = 10.0  # s of each measurement
 ROUNDS = 3
+WAITING = "import pathlib\nros.until(pathlib.Path('end').exists, 600)"
+RENDERER = """() => {
+  const gl = document.createElement('canvas').getContext('webgl');
+  const names = gl && gl.getExtension('WEBGL_debug_renderer_info');
+  return names ? gl.getParameter(names.UNMASKED_RENDERER_WEBGL) : 'the processor alone';
+}"""
 TICK = os.sysconf("SC_CLK_TCK")
 
 
@@ -60,13 +66,20 @@ def test_robot_view(lab, page):
         page.wait_for_timeout(1000 * SPAN)
         loads["closed"].append((busy(process) - took) / (time.monotonic() - began))
         open_view(page, "measured")
-    run_cell(page, 2, BUSY)
-    page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for(state="attached")
-    page.wait_for_timeout(2000)
-    began, drawn = time.monotonic(), frames(page)
-    page.wait_for_timeout(1000 * SPAN)
-    print(f"{(frames(page) - drawn) / (time.monotonic() - began):.0f} pictures a second while a cell computes")
-    (lab[2] / "measured/end").touch()
+    end = lab[2] / "measured/end"
+    for what, cell in (("waits", WAITING), ("computes", BUSY)):
+        end.unlink(missing_ok=True)
+        run_cell(page, 2, cell)
+        page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for(state="attached")
+        page.wait_for_timeout(2000)
+        began, took, drawn = time.monotonic(), busy(process), frames(page)
+        page.wait_for_timeout(1000 * SPAN)
+        span = time.monotonic() - began
+        rate, share = (frames(page) - drawn) / span, 100.0 * (busy(process) - took) / span
+        print(f"{rate:.0f} pictures a second while a cell {what}; the kernel takes {share:.0f} % of a core")
+        end.touch()
+        page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
+    print(f"drawn by {page.evaluate(RENDERER)}; load of the machine: {os.getloadavg()[0]:.1f}, cores: {os.cpu_count()}")
     shares = {name: 100.0 * statistics.median(values) for name, values in loads.items()}
     print(f"kernel with the view: {shares['open']:.1f} % of a core; with the world and its driver alone: "
           f"{shares['closed']:.1f} %; the view takes {shares['open'] - shares['closed']:.1f} %")  # fmt: skip

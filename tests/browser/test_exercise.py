@@ -19,6 +19,15 @@ from tests.browser.pages import (
 
 expect.set_options(timeout=WAIT)
 STUB = "# say hello\n"
+# Whether a long message about a check would have the whole width of the panel, below the button.
+BELOW = """item => {
+  const [part, button] = [item.querySelector('.ros-part'), item.querySelector('button')];
+  const text = part.appendChild(document.createTextNode(' and so on'.repeat(30)));
+  const lines = [...part.getClientRects()];
+  text.remove();
+  const edge = button.getBoundingClientRect();
+  return lines.some(line => line.top >= edge.bottom && line.right > edge.left);
+}"""
 
 
 def begin(page, lab, name):
@@ -46,6 +55,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     choose(page, "Run", "Run All Cells")
     expect(panel).to_contain_text("the same as in its cell")
     expect(checks).to_contain_text("greets: not yet: it must say hello")
+    assert checks.get_by_role("listitem").first.evaluate(BELOW)
     type_answer(page, SERVER)
     expect(panel).to_contain_text("edited since it was run")
     panel.get_by_role("button", name="Run the cell of greeter.py").click()

@@ -4,7 +4,7 @@ import re
 
 import nbformat
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Locator, Page, Request, expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
@@ -201,8 +201,12 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     view.get_by_role("button", name="Drive", exact=True).click()
     expect(view.get_by_role("button", name="Drive forward")).to_have_attribute("aria-disabled", "false")
     canvas.focus()
+    names = ("command", "position", "measured", "collisions")
+    parts = [canvas, *(speeds.get_by_text(name, exact=True) for name in names)]
+    places = [each.bounding_box() for each in parts]
     page.keyboard.down("ArrowUp")
     expect(speeds).to_contain_text("command0.30 m/s, 0.00 rad/s: forward")
+    assert [each.bounding_box() for each in parts] == places  # nothing jumps
     cell(page, 0).locator(".cm-content").click()  # the key is still down, and is the notebook's now
     expect(speeds).to_contain_text("none any more: the robot has stopped")
     page.keyboard.up("ArrowUp")
@@ -244,3 +248,31 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.get_by_role("tab", name="Robot", exact=True).click()  # on a narrow page it lies behind the notebook
     page.wait_for_function("() => document.querySelector('.ros-Panel').getBoundingClientRect().right <= 390")
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")
+
+
+def test_a_plot_is_there_again_when_its_page_is_loaded_again_until_it_is_closed(lab, page):
+    view = begin(page, lab, "again")
+    start_world(view, "hall")
+    plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+    numbers = plot.get_by_role("listitem")
+
+    def is_saved(request: Request) -> bool:
+        return "/api/workspaces/" in request.url and "course-plot" in (request.post_data or "")
+
+    with page.expect_request(is_saved):  # the layout, with the plot in it
+        run_from_palette(page, "ROS course", "Plot")
+    plot.get_by_label("Topic").select_option("/odom")
+    plot.get_by_role("button", name="Add to the plot").click()
+    expect(numbers.locator("output")).to_have_text("0 m/s")
+    before = page.evaluate("Date.now() / 1000")
+    page.goto(f"{lab[0]}/lab/tree/again/again.ipynb?token={lab[1]}")
+    expect(numbers).to_contain_text("/odom twist.twist.linear.x")
+    expect(numbers.locator("output")).to_have_text("0 m/s")
+    with page.expect_download() as table:
+        plot.get_by_role("button", name="Save as CSV").click()
+    _, first, *_ = table.value.path().read_text().splitlines()
+    assert float(first.split(",")[0]) < before
+    page.get_by_role("tab", name="Plot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
+    run_from_palette(page, "ROS course", "Plot")
+    expect(plot).to_contain_text("Choose a number of a topic")
+    expect(numbers).to_have_count(0)

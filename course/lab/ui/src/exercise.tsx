@@ -136,6 +136,12 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
       <ul className="ros-Parts" aria-label="Checks and questions">
         {state?.parts.map(part => (
           <li key={part.name} className={part.done ? 'ros-mod-done' : ''}>
+            <button
+              onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
+              aria-label={`${checks.has(part.name) ? 'Run the check' : 'Show the question'} ${part.name}`}
+            >
+              {checks.has(part.name) ? 'Run' : 'Show'}
+            </button>
             <span className="ros-mark" aria-hidden="true">
               {part.done ? '✓' : '○'}
             </span>
@@ -143,12 +149,6 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
               <strong>{part.name}</strong>: {part.state}{' '}
               <span className="ros-quiet">(up to {part.points} points)</span>
             </span>
-            <button
-              onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
-              aria-label={`${checks.has(part.name) ? 'Run the check' : 'Show the question'} ${part.name}`}
-            >
-              {checks.has(part.name) ? 'Run' : 'Show'}
-            </button>
           </li>
         ))}
       </ul>

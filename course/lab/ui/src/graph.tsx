@@ -2,6 +2,7 @@
 
 import { graphlib, layout } from '@dagrejs/dagre';
 import { LabIcon } from '@jupyterlab/ui-components';
+import { Message } from '@lumino/messaging';
 import * as React from 'react';
 
 import { Current } from './current';
@@ -33,21 +34,33 @@ const OUT = new Set<Role>(['publishes', 'calls', 'sends goals to']);
 const CHARACTER = 7.3; // px at most
 const NARROW = 520; // px
 const LONGEST = 26; // characters of a name in the picture
+const SMALLEST = 0.75; // of its full size, in which a picture can be read
+
+/** The id of the graph as a tab in JupyterLab's layout. */
+export const GRAPH_VIEW = 'ros2-course-graph-tab';
 
 export class GraphPanel extends SidePanel {
+  /** A panel at the side, where a button opens a tab by `asTab`, or such a tab. */
   constructor(
     current: Current,
-    private _open: Open
+    private _open: Open,
+    private _asTab?: () => void
   ) {
-    super(current, 'ros2-course-graph', 'Graph', graphIcon);
+    super(current, _asTab ? 'ros2-course-graph' : GRAPH_VIEW, 'Graph', graphIcon);
+    this.title.closable = !_asTab;
   }
 
   protected draw(): JSX.Element {
-    return <GraphView current={this.current} open={this._open} />;
+    return <GraphView current={this.current} open={this._open} asTab={this._asTab} />;
+  }
+
+  protected onCloseRequest(message: Message): void {
+    super.onCloseRequest(message);
+    this.dispose();
   }
 }
 
-function GraphView({ current, open }: { current: Current; open: Open }): JSX.Element {
+function GraphView({ current, open, asTab }: { current: Current; open: Open; asTab?: () => void }): JSX.Element {
   const { link } = useCurrent(current);
   const [graph, setGraph] = React.useState<Graph | null>(null);
   const [everything, setEverything] = React.useState(false);
@@ -71,7 +84,8 @@ function GraphView({ current, open }: { current: Current; open: Open }): JSX.Ele
   return (
     <div className="ros-Graph">
       <header className="ros-Panel-head">
-        <h2>Graph</h2>
+        <h2 className={asTab ? '' : 'ros-hidden'}>Graph</h2>
+        {asTab && <button onClick={asTab}>Open as a tab</button>}
       </header>
       <label className="ros-Graph-everything">
         <input type="checkbox" checked={everything} onChange={event => setEverything(event.target.checked)} />
@@ -181,28 +195,48 @@ function said(box: Box, graph: Graph): string {
   return `${box.kind} ${box.name}${about.length ? `: ${about.join(', ')}` : ''}`;
 }
 
-/** Return the picture in the wanted direction, or in the other one if that would be much too wide. */
-function narrower(graph: Graph, down: boolean): Drawn {
+/** Return the picture as a column of boxes, in the order of another one from top to bottom; the edges are bows. */
+function column(graph: Graph): Drawn {
+  const { boxes, edges } = drawn(graph, true);
+  const sorted = [...boxes].sort((one, other) => one.y - other.y || one.x - other.x);
+  const place = new Map(sorted.map(({ id }, index) => [id, index]));
+  const placed = sorted.map((box, index) => ({ ...box, x: 6 + box.width / 2, y: 6 + HEIGHT / 2 + index * (HEIGHT + 12) }));
+  const bow = (from: number, to: number) => Math.min(64, 16 + 6 * Math.abs(from - to));
+  const bows = edges.map(edge => {
+    const [from, to] = [edge.from, edge.to].map(id => placed[place.get(id)!]);
+    const [left, right] = [from, to].map(box => (box.x + box.width / 2).toFixed(1));
+    const out = Math.max(Number(left), Number(right)) + bow(place.get(edge.from)!, place.get(edge.to)!);
+    return { ...edge, path: `M${left} ${from.y}C${out} ${from.y} ${out} ${to.y} ${right} ${to.y}` };
+  });
+  const width = Math.max(...placed.map(box => 12 + box.width)) + 54;
+  return { boxes: placed, edges: bows, width, height: 12 + placed.length * (HEIGHT + 12) - 12 };
+}
+
+/** Return a picture that can be read in a frame of this width (px): the usual one, a turned one, or else a column. */
+function fitting(graph: Graph, frame: number): Drawn {
+  const down = frame < NARROW;
   const wanted = drawn(graph, down);
-  if (wanted.width <= 2 * NARROW) {
+  const readable = (each: Drawn) => each.width * SMALLEST <= Math.max(frame, 1);
+  if (readable(wanted) || !frame) {
     return wanted;
   }
   const other = drawn(graph, !down);
-  return other.width < wanted.width ? other : wanted;
+  return readable(other) ? other : down ? column(graph) : other.width < wanted.width ? other : wanted;
 }
 
 function Picture({ graph, selected, open }: { graph: Graph; selected: string; open: Open }): JSX.Element {
   const frame = React.useRef<HTMLDivElement>(null);
-  const [down, setDown] = React.useState(true);
+  const [room, setRoom] = React.useState(0); // px of width
   const [fit, setFit] = React.useState(true);
   const [at, setAt] = React.useState(''); // the box that the Tab key focuses
   const [focused, setFocused] = React.useState('');
   React.useEffect(() => {
-    const observer = new ResizeObserver(() => setDown((frame.current?.clientWidth ?? 0) < NARROW));
+    const observer = new ResizeObserver(() => setRoom(frame.current?.clientWidth ?? 0));
     observer.observe(frame.current!);
     return () => observer.disconnect();
   }, []);
-  const { boxes, edges, width, height } = React.useMemo(() => narrower(graph, down), [graph, down]);
+  const { boxes, edges, width, height } = React.useMemo(() => fitting(graph, room), [graph, room]);
+  const [arrow, keys] = [React.useId().replace(/:/g, '-'), React.useId()];
   const current = boxes.find(box => box.id === at) ?? boxes[0];
   const lit = focused || selected;
   const near = new Set(edges.flatMap(({ from, to }) => (from === lit || to === lit ? [from, to] : [])));
@@ -230,7 +264,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
   };
   return (
     <>
-      <p className="ros-quiet" id="ros-graph-keys">
+      <p className="ros-quiet" id={keys}>
         Click on a box, or go there with the arrow keys and press Enter, to open it.
       </p>
       <div className="ros-Graph-frame" ref={frame} tabIndex={-1}>
@@ -239,11 +273,11 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
           style={fit ? { maxWidth: width } : { minWidth: width, maxWidth: width }}
           role="group"
           aria-label={`Nodes: ${graph.nodes!.length}. Topics, services and actions: ${graph.things.length}. The list below says the same.`}
-          aria-describedby="ros-graph-keys"
+          aria-describedby={keys}
           data-lm-suppress-shortcuts="true"
         >
           <defs>
-            <marker id="ros-arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">
+            <marker id={arrow} viewBox="0 0 8 8" refX="7" refY="4" markerWidth="8" markerHeight="8" orient="auto">
               <path className="ros-Graph-tip" d="M0 0L8 4L0 8z" />
             </marker>
           </defs>
@@ -252,7 +286,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
               key={edge.id}
               className={`ros-Graph-edge${faint(edge.from === lit || edge.to === lit)}`}
               d={edge.path}
-              markerEnd="url(#ros-arrow)"
+              markerEnd={`url(#${arrow})`}
             />
           ))}
           {boxes.map(box => (

@@ -9,7 +9,7 @@ import { onArrival } from './arrival';
 import { Current } from './current';
 import { ExercisePanel } from './exercise';
 import { figures } from './figures';
-import { GraphPanel, graphIcon } from './graph';
+import { GraphPanel, graphIcon, Open } from './graph';
 import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { InspectorPanel, inspectorIcon } from './inspector';
 import { language } from './language';
@@ -70,7 +70,7 @@ const panels: JupyterFrontEndPlugin<void> = {
     });
     const show = (widget: NodesPanel | InspectorPanel) =>
       shell?.activateById(widget.id) ?? app.shell.activateById(widget.id);
-    const graph = new GraphPanel(current, (kind, name, type) => {
+    const open: Open = (kind, name, type) => {
       if (kind === 'node') {
         nodes.choose(name);
         show(nodes);
@@ -78,7 +78,8 @@ const panels: JupyterFrontEndPlugin<void> = {
         inspector.choose(kind, name, type);
         show(inspector);
       }
-    });
+    };
+    const graph = new GraphPanel(current, open, () => void app.commands.execute('ros2-course:graph-tab'));
     const all = [
       [exercise, 'ros2-course:exercise', checkIcon],
       [nodes, 'ros2-course:nodes', nodesIcon],
@@ -112,6 +113,14 @@ const panels: JupyterFrontEndPlugin<void> = {
       icon: plotIcon,
       above: ROBOT_VIEW,
       make: () => new PlotPanel(current)
+    });
+    addView(app, tracker, restorer, shell, {
+      name: 'graph-tab',
+      label: 'Graph as a tab',
+      caption: 'Show who talks to whom in a tab, where there is more room than in the panel',
+      icon: graphIcon,
+      above: ROBOT_VIEW,
+      make: () => new GraphPanel(current, open)
     });
   }
 };

@@ -17,6 +17,7 @@ export const plotIcon = new LabIcon({
 });
 
 const MOST = 8; // series
+const KEPT = 6000; // values of each, when the page is loaded again
 const SPANS: [number, string][] = [
   [10, '10 s'],
   [30, '30 s'],
@@ -43,6 +44,12 @@ export class PlotPanel extends SidePanel {
   constructor(current: Current) {
     super(current, PLOT_VIEW, 'Plot', plotIcon);
     this.title.closable = true;
+    window.addEventListener('pagehide', this._keep);
+  }
+
+  dispose(): void {
+    window.removeEventListener('pagehide', this._keep);
+    super.dispose();
   }
 
   protected draw(): JSX.Element {
@@ -52,9 +59,35 @@ export class PlotPanel extends SidePanel {
   protected onCloseRequest(message: Message): void {
     super.onCloseRequest(message);
     this.dispose();
+    sessionStorage.removeItem(PLOT_VIEW);
   }
 
-  private _memory: Memory = { series: [], began: 0, span: 30, until: null };
+  private _keep = () => keep(this._memory);
+  private _memory: Memory = kept() ?? { series: [], began: 0, span: 30, until: null };
+}
+
+/** Keep a plot for the time in which its page is loaded again; of the values, the last ones. */
+function keep(memory: Memory): void {
+  const last = (values: number) =>
+    memory.series.map(each => ({ ...each, times: each.times.slice(-values || Infinity), values: each.values.slice(-values || Infinity) }));
+  for (const values of [KEPT, 0]) {
+    try {
+      sessionStorage.setItem(PLOT_VIEW, JSON.stringify({ ...memory, series: last(values) }));
+      return;
+    } catch {
+      continue; // the browser allows less
+    }
+  }
+}
+
+/** Return the plot that was kept, or null. */
+function kept(): Memory | null {
+  try {
+    const found = JSON.parse(sessionStorage.getItem(PLOT_VIEW) ?? 'null');
+    return found && Array.isArray(found.series) ? found : null;
+  } catch {
+    return null;
+  }
 }
 
 function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.Element {

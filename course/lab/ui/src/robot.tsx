@@ -137,7 +137,6 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         {message === null && (
           <span className="ros-quiet">
             {state.room.name && `room: ${state.room.name}`}
-            {sees.length > 0 && drives.length > 0 && `${state.room.name ? ', ' : ''}driven by ${drives.join(' and ')}`}
           </span>
         )}
         {message === null && !failed && sees.length > 0 && world && (
@@ -351,6 +350,7 @@ function Controls({
 /** The numbers of the view as text. */
 function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
   const sectors = state.scan?.sectors;
+  const drives = state.nodes?.sees.length ? state.nodes.drives : [];
   const stale = state.scan !== null && !state.fresh(performance.now());
   return (
     <dl className={`ros-Robot-facts${state.nodes?.sees.length ? '' : ' ros-mod-old'}`} aria-label="What the robot sees and does">
@@ -361,15 +361,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
           <dd>{sectors ? (sectors[side] === null ? 'free' : `${sectors[side]!.toFixed(2)} m`) : '–'}</dd>
         </div>
       ))}
-      {state.says && (
-        <div>
-          <dt>state</dt>
-          <dd>
-            <code>{state.says}</code>
-          </dd>
-        </div>
-      )}
-      <div>
+      <div className="ros-mod-line">
         <dt>command</dt>
         <dd>
           {state.command && `${said(state.command[0])} m/s, ${said(state.command[1])} rad/s: `}
@@ -377,7 +369,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
         </dd>
       </div>
       {state.pose && (
-        <div>
+        <div className="ros-mod-long">
           <dt>position</dt>
           <dd>
             x {said(state.pose[0])} m, y {said(state.pose[1])} m, {Math.round((wrap(state.pose[2]) * 180) / Math.PI)}°
@@ -385,7 +377,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
         </div>
       )}
       {state.moves && (
-        <div>
+        <div className="ros-mod-long">
           <dt>measured</dt>
           <dd>{paused ? 'paused' : `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`}</dd>
         </div>
@@ -394,6 +386,20 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
         <dt>collisions</dt>
         <dd>{state.collisions.count || 'none'}</dd>
       </div>
+      {drives.length > 0 && (
+        <div>
+          <dt>driven by</dt>
+          <dd>{drives.join(' and ')}</dd>
+        </div>
+      )}
+      {state.says && (
+        <div>
+          <dt>state</dt>
+          <dd>
+            <code>{state.says}</code>
+          </dd>
+        </div>
+      )}
       {stale && (
         <div>
           <dt>no scan</dt>

@@ -16,7 +16,7 @@ const ARROWS: { [key: string]: Way } = {
   ArrowLeft: 'left',
   ArrowRight: 'right'
 };
-const AGAIN = 100; // ms between two commands; the kernel stops the robot 300 ms after the last one
+const AGAIN = 100; // ms between two commands; the kernel stops the robot 800 ms after the last one, or when the page is gone
 const TURN = 2.5; // rad/s for each m/s
 const PULSE = 500; // ms of driving for a click without a press, as from a screen reader
 export const SPEED = { least: 0.1, usual: 0.3, most: 0.5 }; // m/s
@@ -44,6 +44,7 @@ export class Driver {
 
   release(way: Way): void {
     this._held.delete(way);
+    this._wake();
   }
 
   /** Let go of everything, and stop the robot at once. */
