@@ -388,8 +388,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
       </div>
       {drives.length > 0 && (
         <div>
-          <dt>driven by</dt>
-          <dd>{drives.join(' and ')}</dd>
+          <dt>driven by</dt> <dd>{drives.join(' and ')}</dd>
         </div>
       )}
       {state.says && (
