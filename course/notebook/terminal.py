@@ -20,6 +20,7 @@ from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
 from course.session.endless_waits import EndlessSpin
 from course.session.failure_report import MARK, Frame, frame_at, of_program, text_at
+from course.session.guards import say
 from course.session.live import Session, current
 from course.session.stacks import Stacks
 
@@ -34,10 +35,12 @@ IN_VAIN = 3.0  # s that a silent program may wait after a node of the session ha
 HELD = 2.0  # s without output, after which a program is asked whether it waits for what cannot come
 SLEPT = 5  # looks at which all programs sleep, after which it is asked, twice, whether it spins for nothing: 1 s
 AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
+TELLING = 5.0  # s after which the reader is told that a node does not end by itself
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
 FLOOD = 1_000_000  # bytes printed, after which a program is stopped
 SHOWN = 2000  # bytes of these that are shown
+FLOODED = f": it had printed {FLOOD:,} characters, of which only the first are shown"
 GRACE = 10.0  # s for a program to end after Ctrl-C
 OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # commands of a shell, not programs
 JOINED = ("&&", "||", "|", ";", "&", ">", ">>", "2>", "<")
@@ -87,7 +90,16 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
     with ThreadPoolExecutor(len(commands)) as pool:
         begun = [pool.submit(_run, command, timeout, until, failed) for command in commands]
         failures = _failures_during(begun, failed)
-        return Terminal([each.result() for each in begun], failures)
+        runs = [each.result() for each in begun]
+    if until and not any(until in output for _, output, _ in runs):
+        ended = f"(it has ended, and no line had {until!r} in it)\n"
+        runs = [(command, output if status else _below(output, ended), status) for command, output, status in runs]
+    return Terminal(runs, failures)
+
+
+def _below(output: str, line: str) -> str:
+    """Return a program's output with a line below it."""
+    return f"{output}\n{line}" if output and not output.endswith("\n") else f"{output}{line}"
 
 
 def _failures_during(begun: "Collection[Future[tuple[str, str, int]]]", failed: threading.Event) -> list[str]:
@@ -193,6 +205,8 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     reader = threading.Thread(target=_read, args=(program, printed), daemon=True)
     reader.start()
     end = time.monotonic() + timeout
+    endless = words[:2] == ["ros2", "run"] or bool(path and ENDLESS.search(text_at(path)))
+    told_of_end = False
     told, spent, at = 0, 0.0, ""
     wait = _Wait(stacks, program.pid, path) if path else None
     in_vain = math.inf  # the time at which it has waited long enough
@@ -201,6 +215,13 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
         if not reader.is_alive():
             output, status = printed.decode(errors="replace"), program.wait()
             return (_folded(path, output, status) if path and status else output), status
+        if endless and not told_of_end and timeout - left > TELLING:
+            told_of_end = True
+            say(
+                f"`{shlex.join(words)}` still runs after {TELLING:g} s, and this cell waits for its end, at most "
+                f"{timeout:g} s. A node does not end by itself: `terminal(..., until='some words')` ends it"
+                " once it has printed a line with these words."
+            )
         if path and len(printed) > told:
             told, spent, in_vain = len(printed), processes.processor_time(program.pid), math.inf
             wait = _Wait(stacks, program.pid, path)
@@ -222,14 +243,14 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     program.kill()
     program.wait()
     where = f". {path.name} was here:{at}" if path and at else ""
-    if (path and not at and ENDLESS.search(text_at(path))) or words[:2] == ["ros2", "run"]:
+    if endless and not at:
         start = f"start it with `ros.start({path.name!r})`, or end" if path else "end"
         where = (
             f". A node runs until it is stopped: {start} it here once it has printed a certain line: "
             "`terminal(..., until='some words of that line')`."
         )
     if len(printed) >= FLOOD:
-        why = f": it had printed {FLOOD:,} characters, of which only the first are shown"
+        why = FLOODED
         del printed[SHOWN:]
     return f"{printed.decode(errors='replace')}\n(stopped after {ran:.0f} s{why}){where}".lstrip("\n"), 124
 
@@ -333,12 +354,19 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
 
     alarm = threading.Timer(timeout, end)
     alarm.start()
-    printed = ""
+    began = time.monotonic()
+    printed, line = "", ""
     try:
-        for line in program.stdout:
-            printed += line
+        while part := program.stdout.readline(CHUNK):
+            printed += part
+            line = part if line.endswith("\n") else line + part
             if until in line:
                 return f"{printed}^C", 0
+            if len(printed) >= FLOOD:
+                ran = time.monotonic() - began
+                return _below(
+                    printed[:SHOWN], f"(stopped after {ran:.0f} s{FLOODED}; no line had {until!r} in it)"
+                ), 124
         status = program.wait()
         late_line = f"(stopped after {timeout:g} s: no line had {until!r} in it)"
         return (f"{printed}{late_line}", 124) if late.is_set() else (printed, status)

@@ -2,6 +2,7 @@
 
 HIDDEN_PREFIX = "_"
 PARAMETERS_OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
+SEND = "/_action/send_goal"  # a service of every action server
 OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 
 

@@ -12,6 +12,7 @@ import inspect
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
@@ -159,17 +160,38 @@ def replace_in_rclpy(
     return functools.partial(setattr, owner, name, original)
 
 
-def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callable[[], None]:
-    """Call `tell` with each exception in an execute callback of this process; return a function that ends this.
+class GoalFault(Enum):
+    """What a callback of an action server did wrong without an exception."""
 
-    Its arguments are the node; the exception, or None if the callback returned without a result or before the goal had
-    a final state (rclpy then aborts it); and whether there is a result.
+    NO_DECISION = "the goal callback returned no GoalResponse: rclpy rejects the goal"
+    NO_STATE = "the execute callback set no final state: rclpy aborts the goal"
+    NO_RESULT = "the execute callback returned no result"
+
+
+def watch_goals(tell: Callable[[Node, Exception | GoalFault], None]) -> Callable[[], None]:
+    """Call `tell` with each fault of a goal callback or an execute callback of this process.
+
+    Its arguments are the node, and the exception of the execute callback or what was wrong otherwise.  Returns a
+    function that ends this.
 
     Seen in 7.1.6: an ActionServer prints the traceback on stderr, in the output of the cell that happens to run, and
     aborts the goal.  The goal is still aborted.
     """
-    from rclpy.action import ActionServer
+    from rclpy.action import ActionServer, GoalResponse
+    from rclpy.action.server import default_goal_callback
     from rclpy.executors import await_or_execute
+
+    def decide(original: Callable[..., None]) -> Callable[..., None]:
+        def register(self: Any, goal_callback: Callable[..., Any] | None) -> None:
+            async def guarded(goal: Any) -> Any:
+                decision = await await_or_execute(goal_callback or default_goal_callback, goal)
+                if not isinstance(decision, GoalResponse):
+                    tell(self._node, GoalFault.NO_DECISION)
+                return decision
+
+            original(self, guarded)
+
+        return register
 
     def make(original: Callable[..., Any]) -> Callable[..., Any]:
         async def execute(self: Any, execute_callback: Callable[..., Any], goal_handle: Any) -> Any:
@@ -178,10 +200,10 @@ def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callabl
                     result = await await_or_execute(execute_callback, handle)
                     made = isinstance(result, self._action_type.Result)
                     if handle.is_active or not made:
-                        tell(self._node, None, made)
+                        tell(self._node, GoalFault.NO_STATE if made else GoalFault.NO_RESULT)
                     return result if made else self._action_type.Result()
                 except Exception as error:
-                    tell(self._node, error, False)
+                    tell(self._node, error)
                     if handle.is_active:
                         handle.abort()
                     return self._action_type.Result()
@@ -190,7 +212,16 @@ def watch_goals(tell: Callable[[Node, Exception | None, bool], None]) -> Callabl
 
         return execute
 
-    return replace_in_rclpy(make, ActionServer, "_execute_goal")
+    ends = [
+        replace_in_rclpy(decide, ActionServer, "register_goal_callback"),
+        replace_in_rclpy(make, ActionServer, "_execute_goal"),
+    ]
+
+    def end() -> None:
+        for each in ends:
+            each()
+
+    return end
 
 
 class ClientWatcher(Protocol):

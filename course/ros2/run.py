@@ -5,13 +5,17 @@ import os
 import shlex
 import signal
 import subprocess
+import sys
 from argparse import REMAINDER, ArgumentParser, Namespace
 
+from course.environment import KERNEL
 from course.errors import RosError
+from course.foundation.processes import sleeping
 from course.ros.packages import COURSE, find_executables, installed_paths, own_folders
 from course.ros2 import completion, grammar
 
 PREFIX = "[ros2run]:"
+TELLING = 5  # s after which the reader is told that a program holds a notebook's cell
 AGAIN = 2  # s after which a program that still runs gets SIGTERM again
 
 
@@ -46,6 +50,8 @@ def main(args: Namespace) -> int | str:
     except OSError as error:
         return f"{error.strerror}: '{error.filename}'"
     _pass_on_termination(child)
+    if KERNEL in os.environ and sys.stdin.isatty():  # run by `!`
+        _tell_of_the_held_cell(child)
     while child.returncode is None:
         with contextlib.suppress(KeyboardInterrupt):  # the child receives Ctrl-C, too: keep waiting until it ends
             child.wait()
@@ -54,6 +60,20 @@ def main(args: Namespace) -> int | str:
     elif child.returncode > 0:
         print(PREFIX, f"Process exited with failure {child.returncode}")
     return child.returncode
+
+
+def _tell_of_the_held_cell(child: subprocess.Popen[bytes]) -> None:
+    """Tell the reader that the cell lasts as long as the program, if that sleeps after `TELLING` s."""
+    with contextlib.suppress(KeyboardInterrupt, subprocess.TimeoutExpired):
+        child.wait(TELLING)
+    if child.returncode is None and sleeping(child.pid):
+        words = shlex.join(["ros2", *sys.argv[1:]])
+        print(
+            f"This cell lasts as long as the program, and is ended by the ■ button. To have a node run beside your "
+            f"cells, type `{words}` in a terminal (File, New, Terminal).",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def _pass_on_termination(child: subprocess.Popen[bytes]) -> None:

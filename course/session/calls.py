@@ -14,12 +14,12 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
-from course.ros.names import OF_EVERY_NODE, base, full, type_name
+from course.ros.names import OF_EVERY_NODE, SEND, base, full, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
 from course.session.guards import say
 from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
-from course.session.matching import SEND, served_services, unfit_service, unfit_topics, unserved
+from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.offered import none_will_offer
 from course.session.outsiders import Outsiders
@@ -120,11 +120,11 @@ class Calls:
         service, servers = client.service_name, self._programs(client.service_name)
         hanging = self.hanging(service, deadline - time.monotonic())
         nodes = [each for each in list(self._handles.values()) if isinstance(each, LiveNode)]
-        raised = {node: len(node.errors) for node in nodes}
+        raised = {node: node.raised for node in nodes}
 
         def raising() -> list[tuple[LiveNode, int]]:
             """The servers that have raised since then: asking the graph for them only now keeps a usual call fast."""
-            grown = [(node, since) for node, since in raised.items() if len(node.errors) > since]
+            grown = [(node, since) for node, since in raised.items() if node.raised > since]
             return [(node, since) for node, since in grown if service in node.services]
 
         def look() -> None:

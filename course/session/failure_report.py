@@ -17,6 +17,7 @@ from typing import Any
 
 from rclpy.exceptions import NotInitializedException
 
+from course.ros.rclpy_internals import GoalFault
 from course.session.clashes import other_type
 from course.session.hints import hint, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
@@ -32,13 +33,20 @@ MARK = "Traceback (most recent call last):"
 GOAL_FAILED = "Error raised in execute callback"  # logged by rclpy's ActionServer, which prints the traceback
 STATE_NOT_SET = "Goal state not set, assuming aborted"  # logged by it as well
 NO_DECISION = "Goal request callback did not return a GoalResponse type"  # logged by it as well
-REJECTED = "rejected a goal, because its goal callback did not return a GoalResponse"
 NO_STATE = "returned a result without setting the state of the goal, so the goal counts as aborted"
-NO_RESULT = "ended an execute callback without returning a result"
-ABOUT_GOALS = {
-    REJECTED: "Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it.",
-    NO_STATE: "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
-    NO_RESULT: "End the execute callback with `return TheType.Result(...)`, on every path through it.",
+ABOUT_GOALS = {  # the ending, and the hint
+    GoalFault.NO_DECISION: (
+        "rejected a goal, because its goal callback did not return a GoalResponse",
+        "Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it.",
+    ),
+    GoalFault.NO_STATE: (
+        NO_STATE,
+        "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
+    ),
+    GoalFault.NO_RESULT: (
+        "ended an execute callback without returning a result",
+        "End the execute callback with `return TheType.Result(...)`, on every path through it.",
+    ),
 }
 LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
@@ -210,9 +218,10 @@ def of_exception(
     return FailureReport(who, doing or "raised an exception in a callback", last, frames, why)
 
 
-def of_goal(who: str, ending: str) -> FailureReport:
-    """Return the report on a goal whose callback returned wrongly: `REJECTED`, `NO_STATE` or `NO_RESULT`."""
-    return FailureReport(who, ending, hint=ABOUT_GOALS[ending])
+def of_goal(who: str, fault: GoalFault) -> FailureReport:
+    """Return the report on a goal whose callback returned wrongly."""
+    ending, why = ABOUT_GOALS[fault]
+    return FailureReport(who, ending, hint=why)
 
 
 def hint_on(error: Exception) -> str:
@@ -226,10 +235,10 @@ def hint_on(error: Exception) -> str:
 
 def failed_goals(path: Path, output: str) -> list[FailureReport]:
     """Return reports on a program's failed goals from its output, one for each place of an exception."""
-    reports = [of_goal(path.name, REJECTED)] if NO_DECISION in output else []
+    reports = [of_goal(path.name, GoalFault.NO_DECISION)] if NO_DECISION in output else []
     rest = re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL)  # it follows each
     if STATE_NOT_SET in rest.partition(MARK)[0]:  # the goals of a program that is ending have no state of their own
-        reports.append(of_goal(path.name, NO_STATE))
+        reports.append(of_goal(path.name, GoalFault.NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:
         error, frames = _last_traceback(part.partition("\n")[2], path, first=True)
         report = FailureReport(path.name, GOAL_ENDING, error, frames, _hint(error, text_at(path), frames))

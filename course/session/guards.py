@@ -90,6 +90,11 @@ class Guards:
             elif rclpy.ok():
                 say("rclpy.init() has already been called in this kernel. A notebook does not need it at all.")
             else:
+                if is_cell(sys._getframe(1).f_code.co_filename):
+                    say(
+                        "A notebook needs no rclpy.init(): start a node with `ros.start(TheClass)`, and the session "
+                        "spins it. A node that you make in another way does nothing until you spin it yourself."
+                    )
                 # rclpy's own handlers would shut down every context of this process at Ctrl-C, including the session's.
                 original(args=args, domain_id=domain_id, signal_handler_options=SignalHandlerOptions.NO)
 

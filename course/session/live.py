@@ -10,7 +10,9 @@ import os
 import socket
 import warnings
 from collections.abc import Callable, Collection, Mapping
+from linecache import getlines
 from pathlib import Path
+from types import LambdaType
 from typing import Any
 
 from rclpy.action import ActionClient
@@ -58,7 +60,7 @@ from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill, service_type
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts
+from course.session.source import doubts, is_cell
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
@@ -161,8 +163,11 @@ class Session:
             expect_of_a_file(str(what), threads, kwargs)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
-        for line in doubts("the cell", cell_of(what)):
-            say(line)  # now, not at the end of the cell, which may wait in vain
+        given = [each.__code__ for each in kwargs.values() if isinstance(each, LambdaType)]
+        lambdas = [code.co_filename for code in given if code.co_name == "<lambda>" and is_cell(code.co_filename)]
+        for text in dict.fromkeys([cell_of(what), *("".join(getlines(cell)) for cell in lambdas)]):
+            for line in doubts("the cell", text):
+                say(line)  # now, not at the end of the cell, which may wait in vain
         return handle
 
     def stop(self, name: str | None = None) -> None:

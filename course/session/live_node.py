@@ -14,17 +14,9 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from course.ros.rclpy_internals import NodeNameNonExistentError
-from course.session.failure_report import (
-    GOAL_ENDING,
-    NO_RESULT,
-    NO_STATE,
-    FailureReport,
-    Frame,
-    cell_of,
-    of_goal,
-    text_of,
-)
+from course.ros.names import SEND, is_hidden
+from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError
+from course.session.failure_report import GOAL_ENDING, FailureReport, Frame, cell_of, of_goal, text_of
 from course.session.logs import Logs
 from course.session.source import class_text
 from course.session.spinner import Spinner, destroy_node
@@ -47,8 +39,9 @@ class Owner(Protocol):
 class LiveNode:
     """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
 
-    def __init__(self, owner: Owner, spinner: Spinner):
-        self._owner, self._spinner = owner, spinner
+    def __init__(self, owner: Owner, spinner: Spinner, cell: str = ""):
+        """Make one; `cell` names the code of the cell that has started it, if one has."""
+        self._owner, self._spinner, self.cell = owner, spinner, cell
         self.node = spinner.node
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]
@@ -65,12 +58,12 @@ class LiveNode:
         """Return the exceptions that its callbacks raised."""
         return list(self._spinner.errors)
 
-    def goal_failed(self, error: Exception | None, *, result: bool) -> None:
-        """Record a failed execute callback: it raised `error`, or else returned no `result` or set no state."""
-        if error is None:
-            self._spinner.tell(of_goal(f"The node {self.name}", NO_STATE if result else NO_RESULT))
+    def goal_failed(self, fault: Exception | GoalFault) -> None:
+        """Record what a callback of its action server has raised, or done wrong otherwise."""
+        if isinstance(fault, GoalFault):
+            self._spinner.tell(of_goal(f"The node {self.name}", fault))
         else:
-            self._spinner.caught(error, GOAL_ENDING)
+            self._spinner.caught(fault, GOAL_ENDING)
 
     @property
     def source(self) -> str:
@@ -82,10 +75,16 @@ class LiveNode:
         found = (each.callback for each in self.node.services if each.service_name == service)
         return next(((text_of(callback), getattr(callback, "__name__", "")) for callback in found), ("", ""))
 
+    @property
+    def raised(self) -> int:
+        """Return the number of exceptions that its callbacks have raised; the last ones are its `errors`."""
+        return self._spinner.raised
+
     def has_raised_in(self, service: str, since: int) -> bool:
-        """Return True if one of its `errors`, from the number `since` on, was raised in the callback of `service`."""
+        """Return True if one of its kept exceptions after the first `since` was raised in the callback of `service`."""
         _, name = self.callback_of(service)
-        errors = self.errors[since:] if name else []
+        raised, errors = self.raised, self.errors
+        errors = errors[max(0, len(errors) - (raised - since)) :] if name and raised > since else []
         return any(
             frame.f_code.co_name == name for error in errors for frame, _ in traceback.walk_tb(error.__traceback__)
         )
@@ -112,6 +111,19 @@ class LiveNode:
         return set()
 
     @property
+    def offers(self) -> set[str]:
+        """Return the services, actions and topics that it offers to others."""
+        return {
+            *(name for each in self.services if not is_hidden(name := each.removesuffix(SEND))),
+            *(publisher.topic_name for publisher in self.node.publishers),
+        }
+
+    @property
+    def cls(self) -> type[Node]:
+        """Return its class, as the reader has written it."""
+        return type(self.node).__bases__[0]
+
+    @property
     def state(self) -> str:
         """Return a line: running or stopped, and the last exception."""
         running = "running" if self.alive else "stopped"
@@ -129,13 +141,12 @@ class LiveNode:
 
     def is_version_of(self, cls: type[Node]) -> bool:
         """Return True if this node's class is an earlier version of `cls`, or a base of it."""
-        own = type(self.node)
-        return own.__name__ == cls.__name__ or issubclass(cls, own.__bases__[0])
+        return type(self.node).__name__ == cls.__name__ or issubclass(cls, self.cls)
 
     @property
     def edited(self) -> bool:
         """Return True if the notebook has another version of its class by now, with another text."""
-        began = type(self.node).__bases__[0]
+        began = self.cls
         now = vars(sys.modules["__main__"]).get(began.__name__)
         if began.__module__ != "__main__" or now is began or not (isinstance(now, type) and issubclass(now, Node)):
             return False

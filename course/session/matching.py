@@ -12,7 +12,7 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from course.ros.names import OF_EVERY_NODE, is_hidden, type_name
+from course.ros.names import OF_EVERY_NODE, SEND, is_hidden, type_name
 from course.ros.qos import words
 from course.ros.rclpy_internals import action_name, action_type
 from course.session.failure_report import Frame, text_of
@@ -20,7 +20,6 @@ from course.session.node_process import NodeProcess
 from course.session.source import cells_run, made_at
 from course.session.watch import Handle
 
-SEND = "/_action/send_goal"  # a service of every action server
 LISTED = 6  # topics that are named in a message
 ALIKE = 0.8  # least similarity of two topics' names of which one may be meant for the other
 NUMBER = re.compile(r"\d+")

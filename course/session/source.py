@@ -3,7 +3,9 @@
 import ast
 import linecache
 import re
+import sys
 from collections.abc import Iterable, Iterator
+from types import FrameType
 
 # Functions that wait, and the position of the time limit among their arguments.
 WAITS = {
@@ -40,7 +42,18 @@ def parse(source: str) -> ast.Module:
 
 def is_cell(filename: str) -> bool:
     """Return True if the name of compiled code is that of a notebook's cell."""
-    return "ipykernel_" in filename or filename.startswith("<ipython-input")
+    return re.search(r"ipykernel_\d", filename) is not None or filename.startswith("<ipython-input")
+
+
+def running_cell() -> str:
+    """Return the name of the code of the cell that has called this, perhaps through others; '' if none has."""
+    frame: FrameType | None = sys._getframe()
+    found = ""
+    while frame:
+        if is_cell(frame.f_code.co_filename):
+            found = frame.f_code.co_filename
+        frame = frame.f_back
+    return found
 
 
 def cells_run() -> list[str]:
@@ -425,7 +438,7 @@ def may_return_nothing(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool
 
 
 def never_begins(source: str) -> tuple[str, int] | None:
-    """Return the name of a `handle_accepted_callback` that never executes the goal, and the line of its `def`."""
+    """Return the name (or the text) of a `handle_accepted_callback` that never executes the goal, and its line."""
     tree = parse(source)
     name = "handle_accepted_callback"
     given = [argument(call, 9, name) for call in calls(tree, "ActionServer")]
@@ -439,6 +452,9 @@ def never_begins(source: str) -> tuple[str, int] | None:
     bare = {id(node.value) for node in bare_statements(tree)}
     begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
                  and id(node) not in bare for node in ast.walk(tree))  # fmt: skip
+    for each in given if not begins else ():
+        if isinstance(each, ast.Lambda) and not _keeps(each):
+            return ast.unparse(each), each.lineno
     named = {name_of(each) for each in given if each is not None}
     found = (
         function
@@ -446,6 +462,13 @@ def never_begins(source: str) -> tuple[str, int] | None:
         if function.name in named and not begins and not list(calls(function, "super"))
     )
     return next(((function.name, function.lineno) for function in found), None)
+
+
+def _keeps(function: ast.Lambda) -> bool:
+    """Return True if a lambda hands its argument on to something that may keep it."""
+    names = {each.arg for each in function.args.args}
+    shown = isinstance(function.body, ast.Call) and name_of(function.body.func) in ("print", "info")
+    return not shown and any(isinstance(each, ast.Name) and each.id in names for each in ast.walk(function.body))
 
 
 def bare_statements(tree: ast.AST) -> Iterator[ast.Expr]:

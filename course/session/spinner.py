@@ -28,6 +28,7 @@ class Spinner:
         context = node.context
         self.node = node
         self.errors: deque[BaseException] = deque(maxlen=KEPT)
+        self.raised = 0  # exceptions so far, those included that are not kept any more
         self.reports: list[FailureReport] = []
         self._stopping = False
         self.executor = (
@@ -62,6 +63,7 @@ class Spinner:
     def caught(self, error: BaseException, doing: str = "") -> None:
         """Keep an exception of a callback for the reader, once for each place; `doing` describes the callback."""
         self.errors.append(error)
+        self.raised += 1
         who, cell = f"The node {self.node.get_name()}", next(filter(None, map(cell_of, type(self.node).__mro__)), "")
         self.tell(of_exception(who, error, self._service_callbacks(), doing, cell))
 
@@ -78,18 +80,8 @@ class Spinner:
 
     def doing(self) -> tuple[Frame, ...]:
         """Return the frames of a callback that a thread is in now, those in the reader's cells; () if none is."""
-        stacks = sys._current_frames()
-        for thread in (self.thread, *pool_of(self.executor)):
-            found, frame = [], stacks.get(thread.ident or 0)
-            while frame:
-                code = frame.f_code
-                if is_cell(code.co_filename):
-                    text = linecache.getline(code.co_filename, frame.f_lineno).strip()
-                    found.append(Frame("the cell", frame.f_lineno, code.co_name, text))
-                frame = frame.f_back
-            if found:
-                return tuple(reversed(found))
-        return ()
+        threads = (self.thread, *pool_of(self.executor))
+        return next(filter(None, (frames_in_cells(thread.ident or 0) for thread in threads)), ())
 
     def _service_callbacks(self) -> list[Callable[..., object]]:
         return [service.callback for service in self.node.services]
@@ -112,6 +104,18 @@ class Spinner:
         if destroy:
             destroy_node(self.node)
         return True
+
+
+def frames_in_cells(thread: int) -> tuple[Frame, ...]:
+    """Return the frames, in the reader's cells, of the thread with this identifier."""
+    found, frame = [], sys._current_frames().get(thread)
+    while frame:
+        code = frame.f_code
+        if is_cell(code.co_filename):
+            text = linecache.getline(code.co_filename, frame.f_lineno).strip()
+            found.append(Frame("the cell", frame.f_lineno, code.co_name, text))
+        frame = frame.f_back
+    return tuple(reversed(found))
 
 
 def destroy_node(node: Node) -> None:

@@ -9,7 +9,7 @@ import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,10 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
-from course.ros.rclpy_internals import is_initialized
+from course.ros.rclpy_internals import GoalFault, is_initialized
 from course.session.calls import Calls
 from course.session.failure_report import Frame, text_at
+from course.session.guards import say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
@@ -32,8 +33,8 @@ from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts, makes_one_node
-from course.session.spinner import Spinner
+from course.session.source import doubts, makes_one_node, running_cell
+from course.session.spinner import Spinner, frames_in_cells
 from course.session.table import Row
 from course.session.watch import Handle, Watch
 
@@ -82,9 +83,10 @@ class StartedNodes:
         threads: int,
     ) -> Handle:
         """Make a node in this kernel and spin it; raises the exceptions of its `__init__`."""
+        cell = running_cell()
 
         def start() -> Handle:
-            handle = self._start_class(cls, args, kwargs, _arguments(parameters), threads)
+            handle = self._start_class(cls, args, kwargs, _arguments(parameters), threads, cell)
             self._tell_undeclared(handle.name, parameters, Node.list_parameters(handle.node, [], 0).names)
             return handle
 
@@ -151,11 +153,11 @@ class StartedNodes:
             if isinstance(handle, LiveNode) and any(destructors(handle.node, package)):
                 self.stop(handle.name)
 
-    def goal_failed(self, node: Node, error: Exception | None, result: bool) -> None:
-        """Record that an execute callback in this kernel raised, returned no result, or set no final state."""
+    def goal_failed(self, node: Node, fault: Exception | GoalFault) -> None:
+        """Record what a callback of an action server in this kernel has raised, or done wrong otherwise."""
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.node is node:
-                handle.goal_failed(error, result=result)
+                handle.goal_failed(fault)
 
     def names(self) -> list[str]:
         """Return the full names of the running nodes in the session's domain, without hidden ones."""
@@ -232,18 +234,26 @@ class StartedNodes:
         return handle
 
     def _start_class(
-        self, what: Any, args: tuple[object, ...], kwargs: dict[str, object], arguments: list[str], threads: int
+        self,
+        what: Any,
+        args: tuple[object, ...],
+        kwargs: dict[str, object],
+        arguments: list[str],
+        threads: int,
+        cell: str,
     ) -> LiveNode:
         if not (isinstance(what, type) and issubclass(what, Node)):
             raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
-        for handle in list(self._handles.values()) if what is not Node else ():  # two of rclpy's own are two nodes
-            if isinstance(handle, LiveNode) and type(handle.node).__name__ == what.__name__:
+        earlier = {each: each.offers for each in self._of_class(what.__name__)} if what is not Node else {}
+        for handle in earlier:
+            if handle.cls is not what or handle.cell != cell or not cell:  # one cell may start several
                 self._replace(handle.name)
         context, notice = self._calls.node.context, self._watch.notice
         cls = in_context(what, context, arguments, lambda name: self._replace(name, cls=what), notice)
         node, began = cls.__new__(cls), time.time()
         try:
-            type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
+            with _telling_of_a_long(what.__name__):
+                type(node).__init__(node, *args, **kwargs)  # type: ignore[arg-type]
         except BaseException as error:
             if is_initialized(node):
                 node.destroy_node()
@@ -255,8 +265,11 @@ class StartedNodes:
             raise
         self._replace(node.get_name(), cls=what)  # arguments may have renamed it
         spinner = Spinner(node, threads, self._publishing.publish)
-        handle = LiveNode(self._owner, spinner)
+        handle = LiveNode(self._owner, spinner, cell)
         self._handles[handle.name] = handle
+        for other, offers in earlier.items():
+            if other.cls is what and self._handles.get(other.name) is not other:
+                self._tell_of_lost(other, handle, offers)
         spinner.start()  # not before its handle is kept: a first callback may already be a mistake to tell
         self._logs.forget(handle.name, began)  # of one that was stopped before
         self._publishing.publish()
@@ -267,6 +280,24 @@ class StartedNodes:
                     "a name of its own."
                 )
         return handle
+
+    def _of_class(self, name: str) -> list[LiveNode]:
+        handles = list(self._handles.values())
+        return [each for each in handles if isinstance(each, LiveNode) and type(each.node).__name__ == name]
+
+    def _tell_of_lost(self, old: LiveNode, new: LiveNode, offered: set[str]) -> None:
+        """Tell the reader about a node that was ended by the start of another one of the very same class."""
+        name = new.name
+        if old.name != name:
+            self._watch.notice(
+                f"The start of '{name}' has ended '{old.name}': both are of the class {new.cls.__name__}, and a class "
+                "that another cell starts again replaces its nodes. To run both, start both in one cell."
+            )
+        elif (lost := offered - new.offers) and new.offers - offered:  # something else in its place
+            self._watch.notice(
+                f"A new '{name}' has replaced the one before, and with it {' and '.join(sorted(lost))}: the session "
+                "keeps one node of each name. To run both, give each a name of its own in `super().__init__(...)`."
+            )
 
     def _tell_undeclared(self, who: str, parameters: Iterable[str], declared: Collection[str]) -> None:
         """Tell the reader about parameters that were set but not declared by the node, which rclpy does not report."""
@@ -363,6 +394,26 @@ class StartedNodes:
         if wait:
             self._presence.wait_until_gone(handle.nodes, others)
             self._publishing.publish()
+
+
+@contextlib.contextmanager
+def _telling_of_a_long(cls: str) -> Iterator[None]:
+    """Tell the reader, after `PATIENCE` s, in which line of a cell the constructor of a class still is."""
+    thread = threading.get_ident()
+
+    def tell() -> None:
+        at = "".join(f"\n{frame}" for frame in frames_in_cells(thread) if frame.function != "<module>")
+        if at:
+            say(f"The `__init__` of {cls} has not returned after {PATIENCE:g} s, so nothing spins the node yet. It is "
+                f"here:{at}")  # fmt: skip
+
+    timer = threading.Timer(PATIENCE, tell)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 def _arguments(parameters: Mapping[str, object]) -> list[str]:

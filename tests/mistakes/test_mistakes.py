@@ -60,6 +60,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "actions/feedback_before_the_step": "tests/notebook/test_public_checks.py",
     "actions/file_hides_a_module_of_python": "tests/session/test_failure_report.py",
     "actions/goal_callback_raises": "tests/session/test_doing.py",
+    "actions/goal_callback_returns_a_bool_in_the_notebook": "tests/session/test_starts.py",
     "actions/goal_callback_returns_true": "tests/session/test_failure_report.py",
     "actions/lock_never_released": "tests/notebook/test_public_checks.py",
     "actions/lock_taken_twice": "tests/notebook/test_public_checks.py",
@@ -136,6 +137,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/callback_loops": "tests/session/test_doing.py",
     "services/callback_sleeps": "tests/session/test_doing.py",
     "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
+    "services/constructor_that_never_returns": "tests/session/test_starts.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/file_of_another_name": "tests/notebook/test_judging.py",
     "services/first_line_of_a_file_deleted": "tests/session/test_source.py",
@@ -147,6 +149,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/stop_that_is_not_on": "tests/notebook/test_public_checks.py",
     "services/text_that_no_line_has": "tests/session/test_session.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
+    "services/two_nodes_of_a_class_with_one_name": "tests/session/test_starts.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
     "services/waits_in_a_loop": "tests/session/test_failure_report.py",
 }

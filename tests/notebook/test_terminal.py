@@ -1,5 +1,7 @@
 """A command in a cell: where a program hangs or loops, and a traceback without the libraries' lines."""
 
+import time
+
 import pytest
 
 from course.errors import NodeFailed
@@ -176,8 +178,11 @@ def test_a_parameter_that_the_program_would_not_read_is_told_before_it_runs():
     assert output.endswith("Write `--ros-args -p max_speed:=2.0`.")
 
 
-def test_a_node_of_ros2_run_that_never_ends_tells_how_it_is_ended(tmp_path):
+def test_a_node_of_ros2_run_that_never_ends_tells_how_it_is_ended(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("course.notebook.terminal.TELLING", 1.0)
     ((_, output, status),) = terminal("ros2 run course parameter_node", timeout=4.0).runs
+    told = capsys.readouterr().err
+    assert "`ros2 run course parameter_node` still runs after 1 s" in told and told.count("still runs") == 1
     assert status == 124
     assert output.endswith("`terminal(..., until='some words of that line')`.")
 
@@ -194,6 +199,24 @@ def test_a_line_that_never_comes_is_told(tmp_path):
     ((_, output, status),) = terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00").runs
     assert status == 124
     assert output.endswith("(stopped after 1 s: no line had 'Max speed: 2.00' in it)")
+
+
+def test_a_program_that_ends_without_the_line_is_told(tmp_path):
+    (tmp_path / "client.py").write_text("print('Max speed: 2.0')\n")
+    (tmp_path / "other.py").write_text("print('Max speed: 2.00')\n")
+    ((_, output, status),) = terminal("python3 client.py", until="Max speed: 2.00").runs
+    assert (output, status) == ("Max speed: 2.0\n(it has ended, and no line had 'Max speed: 2.00' in it)\n", 0)
+    shown = repr(terminal("python3 client.py", "python3 other.py", until="Max speed: 2.00"))
+    assert "no line had" not in shown  # one is waited for until the other has ended
+
+
+@pytest.mark.parametrize("end", ["chr(10)", "''"])
+def test_a_program_that_prints_without_the_line_is_stopped_and_shown_in_part(tmp_path, end):
+    (tmp_path / "client.py").write_text(f"while True: print('sum', end={end})\n")
+    began = time.monotonic()
+    ((_, output, status),) = terminal("python3 client.py", until="Max speed").runs
+    assert status == 124 and time.monotonic() - began < 25
+    assert "of which only the first are shown; no line had 'Max speed' in it)" in output and len(output) < 3000
 
 
 def test_a_command_that_waits_for_a_name_that_nobody_serves_is_not_waited_for(tmp_path, monkeypatch):

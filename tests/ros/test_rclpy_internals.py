@@ -79,7 +79,7 @@ def test_an_executor_tells_whether_it_was_shut_down(node):
 
 def test_an_action_server_still_prints_what_an_execute_callback_raises():
     """When this fails, rclpy hands such an exception on: `watch_goals` may be no longer needed."""
-    end = rclpy_internals.watch_goals(lambda node, error: None)
+    end = rclpy_internals.watch_goals(lambda node, fault: None)
     assert inspect.unwrap(ActionServer._execute_goal) is not ActionServer._execute_goal
     end()
     assert "traceback.print_exc()" in inspect.getsource(ActionServer._execute_goal)

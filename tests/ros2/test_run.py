@@ -1,6 +1,8 @@
 """`ros2 run` finds and runs nodes, and ends as its node ends."""
 
 import contextlib
+import os
+import pty
 import signal
 import subprocess
 import sys
@@ -53,6 +55,22 @@ def test_runs_a_node_of_the_reader_s_folder_with_ros_arguments(alone, folder):
     words = ("run", "my_package", "parameter_node", "--ros-args", "-p", "robot_name:=optimus", "-r", "__ns:=/lab")
     said = alone.output(*words, cwd=folder)
     assert said == f"/lab/parameter_node optimus {list(words[3:])}\n"
+
+
+def test_a_cell_is_told_that_it_lasts_as_long_as_the_program(alone, folder):
+    """In a cell, `!` gives the program a terminal of its own."""
+    parent, child = pty.openpty()
+    command = alone.words("run", "my_package", "waiting")
+    environment = alone.environment | {"JPY_PARENT_PID": "1"}
+    program = subprocess.Popen(command, cwd=folder, env=environment, stdin=child, stdout=child, stderr=child)
+    os.close(child)
+    said = b""
+    while b"ended by" not in said and len(said) < 1000:
+        said += os.read(parent, 1000)
+    program.send_signal(signal.SIGTERM)
+    program.wait(SECONDS)
+    os.close(parent)
+    assert b"This cell lasts as long as the program, and is ended by the" in said
 
 
 def test_parameter_files_pass_through(alone, folder):

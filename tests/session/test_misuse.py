@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.session.live import Session
+from course.session.spinner import KEPT
 
 PROGRAM = """
 import rclpy
@@ -150,12 +151,17 @@ def test_an_exception_that_is_raised_again_is_told_again(session):
             response.message = reqest  # noqa: F821
             return response
 
-    session.start(Raises)
+    handle = session.start(Raises)
     for _ in range(2):
         began = time.monotonic()
         with pytest.raises(NodeFailed, match="name 'reqest' is not defined"):
             session.call("raises", Trigger)
         assert time.monotonic() - began < 4.0
+    for _ in range(KEPT):
+        handle.goal_failed(handle.errors[0])
+    assert len(handle.errors) == KEPT and handle.raised == KEPT + 2
+    with pytest.raises(NodeFailed, match="name 'reqest' is not defined"):
+        session.call("raises", Trigger)
     session.stop("raises")
 
 

@@ -147,6 +147,19 @@ def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():
     assert never_begins(f"{cell}    def take(self, handle):\n        super().take(handle)\n") is None
 
 
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("lambda goal: print('accepted', goal)", True),
+        ("lambda goal: None", True),
+        ("lambda goal: goal.execute()", False),
+        ("lambda goal: waiting.append(goal)", False),
+    ],
+)
+def test_accepted_goals_that_a_lambda_never_begins(given, told):
+    assert never_begins(f"ros.start(Lift, handle_accepted_callback={given})") == ((given, 1) if told else None)
+
+
 @pytest.mark.parametrize(("guard", "told"), [("if __name__ == '__main__':", True), ("if True:", False)])
 def test_a_cell_that_is_to_write_a_file_and_spins(monkeypatch, guard, told):
     name, text = "<ipython-input-1-spins>", f"said = asked()\n{guard}\n    pass\n"
