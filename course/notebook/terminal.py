@@ -22,6 +22,8 @@ from course.session.endless_waits import EndlessSpin
 from course.session.failure_report import MARK, Frame, frame_at, of_program, text_at
 from course.session.guards import say
 from course.session.live import Session, current
+from course.session.logs import node_of_line
+from course.session.parameter_files import unread_files
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -161,6 +163,9 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
             f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a blank after the colon, "
             "below `ros__parameters:`, with two underscores.\n"
         )
+    logging = {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
+    for why in unread_files(words, logging):
+        output = f"{output.rstrip()}\nHint: {why}\n"
     return command, output, status
 
 
@@ -242,7 +247,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             program.wait(GRACE)
     program.kill()
     program.wait()
-    where = f". {path.name} was here:{at}" if path and at else ""
+    where = f". {path.name} was here:{at}" if path and at.startswith("\n  ") else f". {at.strip()}" if at else ""
     if endless and not at:
         start = f"start it with `ros.start({path.name!r})`, or end" if path else "end"
         where = (

@@ -15,6 +15,8 @@ BLOCKING = ("call", "send_goal", "get_result", "cancel_goal")  # each has a twin
 SERVERS = {"wait_for_service": ("create_client", 1, "srv_name"), "wait_for_server": ("ActionClient", 2, "action_name")}
 OF_RCLPY = re.compile(r"/rclpy/(.+)$")
 EXECUTORS, FOR_ITSELF = "executors.py", "__init__.py"  # rclpy's files with the executors, and with `rclpy.spin`
+THREADING, ENDING = "threading.py", "_shutdown"  # Python's file, and its function that waits for the other threads
+NO_LIMIT = "                waiter.acquire()"  # a line of `Condition.wait`
 CALLBACK = "handler"  # the executors' function that runs a callback of a node
 
 # What may complete a future, or answer a request, later and by itself, and what a program asks or hears others by.
@@ -81,7 +83,29 @@ def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -
                 "until that callback returns, so what it waits for cannot arrive. Do not wait there: "
                 "`future.add_done_callback(...)` runs a function once the future is done."
             )
-    return ""
+    return _left_threads(source, found)
+
+
+def _left_threads(source: str, found: Sequence[Sequence[Call]]) -> str:
+    """Return why a program whose main part has ended does not end: its other threads wait without a limit."""
+    ended = [bool(thread) and Path(thread[-1][0]).name == THREADING and thread[-1][2] == ENDING for thread in found]
+    others = [thread for thread, over in zip(found, ended, strict=True) if thread and not over]
+    begun = next(calls(parse(source), "Thread"), None)
+    if not (any(ended) and others and begun and all(map(_waits_without_limit, others))):
+        return ""
+    return (
+        f"The main part of the program has ended, but a thread that it has started, as in line {begun.lineno}, waits "
+        "without end, and a program lasts as long as its threads. `Thread(..., daemon=True)` makes one that ends with "
+        "the program."
+    )
+
+
+def _waits_without_limit(thread: Sequence[Call]) -> bool:
+    """Return True if a thread waits in Python's `threading`, at a line that has no time limit."""
+    file, line, function = thread[0]
+    if Path(file).name != THREADING or function != "wait":
+        return False
+    return text_at(Path(file)).splitlines()[line - 1 : line] == [NO_LIMIT]
 
 
 def endless_spin(stacks: str, path: Path) -> EndlessSpin | None:

@@ -31,7 +31,7 @@ from course.ros.rclpy_internals import watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
-from course.session.failure_report import cell_of
+from course.session.failure_report import FailureReport, cell_of
 from course.session.following import LogFollower
 from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
@@ -104,8 +104,7 @@ class Session:
         self._handles: dict[str, Handle] = {}
         self.watch = Watch(self._handles)
         self._logs = SessionLogs(self.node, self._handles, self.watch.notice)
-        self._spinner = Spinner(self.node)
-        self._spinner.start()
+        self._spinner = self._spin()
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
         self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
@@ -424,8 +423,20 @@ class Session:
         self._calls.forget_types(package)
         for end in list(destructors(self.node, package)):
             end()
-        self._spinner = Spinner(self.node)
-        self._spinner.start()
+        self._spinner = self._spin()
+
+    def _spin(self) -> Spinner:
+        """Begin to spin the session's own node; the reader is told what its callbacks raise."""
+
+        def tell() -> None:
+            if len(spinner.reports) > len(told):
+                told.append(spinner.reports[-1])
+                self.watch.notice(str(told[-1]))
+
+        told: list[FailureReport] = []
+        spinner = Spinner(self.node, changed=tell, who="ros.node")
+        spinner.start()
+        return spinner
 
     def _look_up(self, name: str | None) -> None:
         """Tell the reader about a name that is unknown in this session."""

@@ -545,9 +545,44 @@ def doubts(place: str, source: str) -> list[str]:
             f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "
             "rclpy refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
         )
+    if unfit := wrong_range(source):
+        line, name, has, needs = unfit
+        kind = "double" if needs == "floating_point_range" else "integer"
+        found.append(
+            f"{place}, line {line}: the default of {name} is of the type {kind}, on which `{has}` has no effect. Use "
+            f"`{needs}`."
+        )
     return found
 
 
+def wrong_range(source: str) -> tuple[int, str, str, str] | None:
+    """Return a declared parameter whose range is of another type than its default, which has no effect.
+
+    Its line, its name (as written), and the fields of the descriptor that it has and needs; None if there is none.
+    """
+    tree = parse(source)
+    made = {
+        name_of(target): node.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
+        for target in node.targets
+    }
+    for call in calls(tree, "declare_parameter"):
+        name, default = argument(call, 0, "name"), argument(call, 1, "value")
+        described = argument(call, 2, "descriptor")
+        described = made.get(name_of(described), described)
+        value = getattr(default, "value", None)
+        has = {each.arg for each in described.keywords} if isinstance(described, ast.Call) else set()
+        for kind, wrong, right in RANGES:
+            if type(value) is kind and wrong in has and right not in has and name:
+                return call.lineno, ast.unparse(name), wrong, right
+    return None
+
+
+RANGES = (  # a type of values, the range that has no effect on them, and the one that has
+    (float, "integer_range", "floating_point_range"),
+    (int, "floating_point_range", "integer_range"),
+)
 OF_GUARDS = (ast.Name, ast.Constant, ast.Compare, ast.Eq, ast.NotEq, ast.UnaryOp, ast.Not)
 
 

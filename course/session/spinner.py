@@ -22,9 +22,13 @@ REPORTS = 20  # exceptions that are shown to the reader: their texts may differ
 class Spinner:
     """An executor in a background thread that spins one node."""
 
-    def __init__(self, node: Node, threads: int = 1, changed: Callable[[], None] = lambda: None):
-        """Make one with `threads` threads, which does not spin yet; a callback that raises calls `changed`."""
+    def __init__(self, node: Node, threads: int = 1, changed: Callable[[], None] = lambda: None, who: str = ""):
+        """Make one with `threads` threads, which does not spin yet; a callback that raises calls `changed`.
+
+        `who` is what the reader calls the node, if not by its name.
+        """
         self._changed = changed
+        self._who = who or f"The node {node.get_name()}"
         context = node.context
         self.node = node
         self.errors: deque[BaseException] = deque(maxlen=KEPT)
@@ -64,8 +68,8 @@ class Spinner:
         """Keep an exception of a callback for the reader, once for each place; `doing` describes the callback."""
         self.errors.append(error)
         self.raised += 1
-        who, cell = f"The node {self.node.get_name()}", next(filter(None, map(cell_of, type(self.node).__mro__)), "")
-        self.tell(of_exception(who, error, self._service_callbacks(), doing, cell))
+        cell = next(filter(None, map(cell_of, type(self.node).__mro__)), "")
+        self.tell(of_exception(self._who, error, self._service_callbacks(), doing, cell))
 
     def tell(self, report: FailureReport) -> None:
         """Keep a report for the reader, once for each place."""

@@ -29,6 +29,7 @@ from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsider, Outsiders
+from course.session.parameter_files import unread_files
 from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
@@ -99,6 +100,8 @@ class StartedNodes:
 
         def again() -> Handle:
             process = self._start_file(path, [*map(str, args), *_arguments(parameters)], timeout)
+            for line in unread_files(list(map(str, args)), process.nodes):
+                self._watch.notice(line)
             if parameters and len(process.nodes) == 1 and makes_one_node(process.source):
                 with contextlib.suppress(CallTimeout):  # it is busy, but can be started all the same
                     service = f"{process.nodes[0]}/list_parameters"

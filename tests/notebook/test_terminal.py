@@ -194,6 +194,13 @@ def test_a_parameter_file_with_a_colon_alone_has_a_hint(tmp_path):
     assert "with a blank after the colon" in output
 
 
+def test_a_parameter_file_for_another_node_is_told(tmp_path):
+    (tmp_path / "robot.yaml").write_text("parameternode:\n  ros__parameters:\n    max_speed: 0.8\n")
+    (tmp_path / "node.py").write_text("print('[INFO] [parameter_node]: Max speed: 1.5', flush=True)\n")
+    ((_, output, _),) = terminal("python3 node.py --params-file robot.yaml", until="Max speed:").runs
+    assert "Hint: robot.yaml has parameters for parameternode, and the node is called parameter_node" in output
+
+
 def test_a_line_that_never_comes_is_told(tmp_path):
     (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
     ((_, output, status),) = terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00").runs

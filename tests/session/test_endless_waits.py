@@ -1,5 +1,8 @@
 """Why a program waits without end, from its text and the stacks that `faulthandler` writes of it."""
 
+import threading
+from pathlib import Path
+
 import pytest
 
 from course.session.endless_waits import endless_spin, endless_wait, is_at_rest
@@ -35,6 +38,22 @@ def why(tmp_path, *threads: str, limit: str = "", served=None, text: str = CLIEN
     path.write_text(text.replace("{limit}", limit))
     stacks = "\n".join(f"Thread 0x{number} (most recent call first):\n{each}" for number, each in enumerate(threads))
     return endless_wait(stacks, path, SERVED if served is None else served)
+
+
+def test_a_thread_that_outlives_the_main_part(tmp_path):
+    python = Path(threading.__file__)
+    lines = python.read_text().splitlines()
+    at, timed = (
+        lines.index("                waiter.acquire()") + 1,
+        next(n for n, a in enumerate(lines, 1) if "(True, t" in a),
+    )
+    text = "keep = threading.Thread(target=event.wait)\n"
+    main = f'  File "{python}", line 1580 in _shutdown\n'
+    left = f'  File "{python}", line {at} in wait\n  File "{python}", line 600 in wait\n'
+    assert "a thread that it has started, as in line 1, waits without end" in why(tmp_path, left, main, text=text)
+    assert why(tmp_path, left, MAIN, text=text) == ""
+    assert why(tmp_path, left.replace(str(at), str(timed)), main, text=text) == ""
+    assert why(tmp_path, left, f'  File "/lib/time.py", line 1 in sleep\n{left}', main, text=text) == ""
 
 
 def test_a_call_that_nobody_spins_for(tmp_path):

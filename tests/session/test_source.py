@@ -15,7 +15,7 @@ from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
-from course.session.source import empty_executor, idle, never_begins, wrong_cancel, wrong_guard, wrong_result
+from course.session.source import doubts, empty_executor, idle, never_begins, wrong_cancel, wrong_guard, wrong_result
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -217,6 +217,24 @@ def test_a_node_spins_only_once_the_session_has_its_handle(session, monkeypatch)
 def test_a_cancel_callback_that_returns_no_response(body, wrong):
     source = SERVER.replace("handle_accepted_callback=self.take", "cancel_callback=self.allow")
     assert wrong_cancel(source.replace("def take(", "def allow(").format(body=body)) == wrong
+
+
+@pytest.mark.parametrize(
+    ("value", "descriptor", "told"),
+    [
+        ("1.0", "ParameterDescriptor(integer_range=[IntegerRange()])", "`integer_range` has no effect"),
+        ("1", "ParameterDescriptor(floating_point_range=[FloatingPointRange()])", "Use `integer_range`."),
+        ("1", "kept", "type integer, on which `floating_point_range`"),
+        ("1.0", "kept", ""),
+        ("1", "ParameterDescriptor(integer_range=[IntegerRange()])", ""),
+        ("limit", "ParameterDescriptor(integer_range=[IntegerRange()])", ""),
+    ],
+)
+def test_a_range_of_another_type_than_the_default(value, descriptor, told):
+    text = "kept = ParameterDescriptor(floating_point_range=[FloatingPointRange()])\n"
+    found = doubts("the cell", f"{text}node.declare_parameter('speed', {value}, {descriptor})")
+    assert ("".join(found) == "") == (told == "") and told in "".join(found)
+    assert not told or found[0].startswith("the cell, line 2: the default of 'speed' is of the type ")
 
 
 @pytest.mark.parametrize("guard", ["== 'main'", "== '__main_'", '== "_main_"', "!= '__main__'"])

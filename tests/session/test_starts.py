@@ -7,9 +7,11 @@ import pytest
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer, GoalResponse
 from rclpy.node import Node
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from course.errors import NodeFailed
+from course.foundation.waiting import wait_until
 from course.session import started_nodes
 from course.session.live import Session
 
@@ -87,3 +89,16 @@ def test_a_constructor_that_does_not_return_is_told_with_its_line(session, monke
     exec(compile(f"{cell}ros.start(Late)", "/tmp/ipykernel_1/3.py", "exec"), space)
     told = capsys.readouterr().err
     assert "The `__init__` of Late has not returned after 0.2 s" in told and "the cell, line 4, in __init__" in told
+
+
+def test_a_callback_of_the_sessions_own_node_that_raises_is_told(session):
+    heard = []
+    session.node.create_subscription(String, "words", lambda message: heard.append(message.word), 10)
+    publisher = session.node.create_publisher(String, "words", 10)
+
+    def told() -> str:
+        publisher.publish(String())
+        return "".join(session.watch.notices())
+
+    found = wait_until(told, 5.0)
+    assert found.startswith("ros.node raised an exception in a callback: AttributeError: 'String' object has no")

@@ -1,0 +1,46 @@
+"""Files of parameters on a command line that are for no node of the program: ROS 2 says nothing about them."""
+
+import itertools
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from course.foundation.untrusted import one_line, read_regular
+from course.ros.names import base
+
+FLAG, MARK = "--params-file", "ros__parameters"
+MOST = 1_000_000  # bytes of a file that is read
+
+
+def unread_files(words: Sequence[str], nodes: Collection[str]) -> list[str]:
+    """Return a sentence about each file of parameters in the command line `words` that is for none of these `nodes`."""
+    found = []
+    own = sorted({base(node) for node in nodes})
+    for flag, name in itertools.pairwise(words):
+        wanted = _names(Path(name)) if flag == FLAG and own else []
+        if wanted and not any("*" in each or base(each) in own for each in wanted):
+            found.append(
+                f"{name} has parameters for {one_line(' and '.join(wanted))}, and the node is called "
+                f"{' and '.join(own)}, so they have no effect: write its name there."
+            )
+    return found
+
+
+def _names(path: Path) -> list[str]:
+    """Return the names of the nodes that a file has parameters for; [] if it cannot be read."""
+    try:
+        return list(dict.fromkeys(_nodes(yaml.safe_load(read_regular(path, MOST)), "")))
+    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return []
+
+
+def _nodes(tree: Any, above: str) -> Iterator[str]:
+    """Yield the names of a part of a file: a key is a namespace unless it holds the parameters of a node."""
+    for key, value in tree.items() if isinstance(tree, dict) else ():
+        name = f"{above}/{key}" if above else str(key)
+        if isinstance(value, dict) and MARK in value:
+            yield name
+        else:
+            yield from _nodes(value, name)

@@ -1,0 +1,44 @@
+"""A file of parameters for a node of another name, of which ROS 2 says nothing."""
+
+import pytest
+
+from course.session.live import Session
+from course.session.parameter_files import unread_files
+
+PROGRAM = "import rclpy\nrclpy.init()\nnode = rclpy.create_node('parameter_node')\nrclpy.spin(node)\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("parameternode:\n  ros__parameters: {speed: 1.0}", "parameternode, and the node is called parameter_node"),
+        ("a:\n  ros__parameters: {}\nlab:\n  b:\n    ros__parameters: {}", "for a and lab/b, and the node"),
+        ("parameter_node:\n  ros__parameters: {speed: 1.0}", ""),
+        ("/lab:\n  parameter_node:\n    ros__parameters: {speed: 1.0}", ""),
+        ("/lab/parameter_node:\n  ros__parameters: {speed: 1.0}", ""),
+        ("/**:\n  ros__parameters: {speed: 1.0}", ""),
+        ("other:\n  ros__parameters: {}\nparameter_node:\n  ros__parameters: {}", ""),
+        ("a: [", ""),
+        ("a list", ""),
+        ("", ""),
+    ],
+)
+def test_what_a_file_is_for(tmp_path, text, told):
+    path = tmp_path / "robot.yaml"
+    path.write_text(text)
+    found = unread_files(["--ros-args", "--params-file", str(path)], ["/parameter_node"])
+    assert bool(found) == bool(told) and told in "".join(found)
+    assert unread_files(["--params-file", str(path)], []) == []
+    assert unread_files(["--params-file", str(tmp_path)], ["/parameter_node"]) == []
+
+
+def test_a_file_that_is_started_with_one(tmp_path):
+    (tmp_path / "robot.yaml").write_text("other:\n  ros__parameters: {use_sim_time: true}\n")
+    (tmp_path / "program.py").write_text(PROGRAM)
+    session = Session()
+    try:
+        session.start(tmp_path / "program.py", "--ros-args", "--params-file", str(tmp_path / "robot.yaml"))
+        (told,) = session.watch.notices()
+    finally:
+        session.close()
+    assert "has parameters for other, and the node is called parameter_node" in told
