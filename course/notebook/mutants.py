@@ -11,14 +11,18 @@ import re
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from course.errors import ExerciseError
 from course.session.domains import claim_domain
+from course.session.failure_report import Frame
 from course.session.source import calls
+from course.session.stacks import Stacks
 
 # Operators, and their likely slips.
 SLIPS: dict[type[ast.AST], type[ast.AST]] = {
@@ -53,6 +57,8 @@ AT_ONCE = 2  # mutants that are tested at the same time
 PYTEST = ("-m", "pytest", "-q", "-x", "--tb=line", "-rfE", "--color=no", "-p", "no:cacheprovider")
 FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+)\S*)?(?: - (.+))?", re.MULTILINE)
 ERROR = re.compile(r"^E +(.+)$", re.MULTILINE)
+USUAL = 20.0  # s for a run; more means that the tests compute for long
+LOOK = 0.2  # s between two looks whether they loop
 HANGS = "does not end"
 IMPORT = "the import"
 TESTS = "test_it.py"
@@ -84,11 +90,12 @@ class Trial(NamedTuple):
         return "\n".join([*lines, f"{len(self.found) - len(self.survivors)} of {len(self.found)} mutants found"])
 
 
-def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
+def try_tests(file: str | Path, tests: str, timeout: float = USUAL) -> Trial:
     """Run `tests`, the text of a pytest file, against each mutant of the Python file.
 
-    The tests import the file by its name.  Each run has its own folder and ROS domain, and at most `timeout` s. Raises
-    ExerciseError when the tests fail for the unchanged file, or when it is not Python.
+    The tests import the file by its name.  Each run has its own folder and ROS domain, and at most `timeout` s; one
+    that only computes is stopped earlier, unless `timeout` is longer than usual.  Raises ExerciseError when the tests
+    fail for the unchanged file, or when one of the two is not Python.
     """
     if isinstance(file, str) and "\n" in file:
         raise ExerciseError("`try_tests` takes the name of the file first, and then the text of the tests")
@@ -107,12 +114,18 @@ def try_tests(file: str | Path, tests: str, timeout: float = 20.0) -> Trial:
             f"{path.name}, line {started.lineno}: `{ast.unparse(started)}` runs when the tests import the file, too: "
             "put it below `if __name__ == '__main__':`"
         )
+    try:
+        ast.parse(tests)
+    except SyntaxError as error:
+        raise ExerciseError(f"the tests, line {error.lineno}: {error.msg}") from None
     if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
         raise ExerciseError("there are no tests: a test is a function whose name begins with test_")
+    if path.stem not in tests:
+        raise ExerciseError(f"the tests never import {path.stem}, so they cannot find anything: `import {path.stem}`")
     with ThreadPoolExecutor(AT_ONCE) as pool:
         first, why = pool.submit(_failing, path.name, source, tests, timeout).result()
         if first == HANGS:
-            raise ExerciseError(f"the tests do not end within {timeout:g} s for the unchanged {path.name}")
+            raise ExerciseError(f"the tests do not end for the unchanged {path.name}.{why}")
         if first:
             why = f" ({why})" if why else ""
             raise ExerciseError(
@@ -197,7 +210,7 @@ def _other(operator: ast.AST) -> tuple[Any, str]:
 
 
 def _failing(name: str, source: str, tests: str, timeout: float) -> tuple[str, str]:
-    """Return the first test that fails for a program, or HANGS or IMPORT, and the error; '' twice if all pass."""
+    """Return the first test that fails for a program, or HANGS or IMPORT, and the error or place; '' if all pass."""
     claim, domain = claim_domain()
     with tempfile.TemporaryDirectory() as folder, claim:
         (Path(folder) / name).write_text(source, encoding="utf-8")
@@ -209,23 +222,39 @@ def _failing(name: str, source: str, tests: str, timeout: float) -> tuple[str, s
             "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
             "PYTHONDONTWRITEBYTECODE": "1",
         }
-        try:
-            done = subprocess.run(
-                [sys.executable, *PYTEST, TESTS],
-                cwd=folder,
-                env=environment,
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                text=True,
-                timeout=timeout,
-            )
-        except subprocess.TimeoutExpired:
-            return HANGS, ""
-    if done.returncode == 0:
+        stacks, at = Stacks(), Path(folder) / TESTS
+        with subprocess.Popen(
+            [sys.executable, *PYTEST, TESTS],
+            cwd=folder,
+            env=environment | stacks.environment(environment),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            pass_fds=[stacks.descriptor],
+        ) as program:
+            began, frames = time.monotonic(), tuple[Frame, ...]()
+            while program.returncode is None:
+                try:
+                    said, _ = program.communicate(timeout=LOOK)
+                except subprocess.TimeoutExpired:
+                    late = time.monotonic() - began > timeout
+                    frames = stacks.doing(program.pid, at) if late else ()
+                    frames = frames or (stacks.loop(program.pid, at) if timeout <= USUAL else ())
+                    if late or frames:
+                        program.kill()
+                        ran = time.monotonic() - began
+                        return HANGS, f" After {ran:.0f} s they were here:{_lines(frames)}" if frames else ""
+    if program.returncode == 0:
         return "", ""
-    failed, error = FAILED.search(done.stdout), ERROR.search(done.stdout)
-    said = error[1] if error else failed[2] if failed else ""
-    return (failed and failed[1]) or IMPORT, said or ""
+    failed, error = FAILED.search(said), ERROR.search(said)
+    why = error[1] if error else failed[2] if failed else ""
+    return (failed and failed[1]) or IMPORT, why or ""
+
+
+def _lines(frames: Iterable[Frame]) -> str:
+    """Return the lines of frames, of which those in the file of the tests are in the text that the reader has given."""
+    return "".join(f"\n{replace(each, place='the tests') if each.place == TESTS else each}" for each in frames)
 
 
 def _started_on_import(source: str) -> ast.Expr | None:

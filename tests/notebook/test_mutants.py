@@ -1,5 +1,7 @@
 """Mutants: one slip each, all of them, and the test that finds each."""
 
+import time
+
 import pytest
 
 from course.errors import ExerciseError
@@ -66,6 +68,17 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
     assert [test for _, test in trial.found] == ["test_it", HANGS]
 
 
+@pytest.mark.parametrize("line", ["while True: pass", "threading.Event().wait()"])
+def test_tests_that_do_not_end_are_told_with_their_line(file, line):
+    began = time.monotonic()
+    with pytest.raises(ExerciseError) as error:
+        tests = f"import threading, near\ndef test_it():\n    {line}\n"
+        try_tests(file, tests, timeout=20.0 if "while" in line else 3.0)
+    assert time.monotonic() - began < 18
+    assert str(error.value).startswith("the tests do not end for the unchanged near.py. After ")
+    assert str(error.value).endswith(f"they were here:\n  the tests, line 3, in test_it\n    {line}")
+
+
 def test_swapped_arguments_are_told(file):
     with pytest.raises(ExerciseError, match="takes the name of the file first, and then the text of the tests"):
         try_tests("def test_it():\n    pass\n", str(file))
@@ -84,7 +97,7 @@ CORRECT = ". Find out which of the two is wrong, near.py or the test, and correc
 @pytest.mark.parametrize(
     ("text", "tests", "said"),
     [
-        (None, "def test_it(): pass", "near.py is missing: run the cell that writes it first"),
+        (None, "import near\ndef test_it(): pass", "near.py is missing: run the cell that writes it first"),
         ("def near(:\n", "def test_it(): pass", "near.py, line 1: invalid syntax"),
         (
             "near = 1\n",
@@ -93,7 +106,7 @@ CORRECT = ". Find out which of the two is wrong, near.py or the test, and correc
         ),
         (
             "near = 1\n",
-            "import nowhere\ndef test_it(): pass\n",
+            "import near\nimport nowhere\ndef test_it(): pass\n",
             f"the import fails for the unchanged near.py (ModuleNotFoundError: No module named 'nowhere'){CORRECT}",
         ),
         (
@@ -108,6 +121,12 @@ CORRECT = ". Find out which of the two is wrong, near.py or the test, and correc
                 "near.py, line 5: `main()` runs when the tests import the file, too: put it below "
                 "`if __name__ == '__main__':`"
             ),
+        ),
+        ("near = 1\n", "import near\ndef test_it()\n    pass", "the tests, line 2: expected ':'"),
+        (
+            "near = 1\n",
+            "def test_it(): assert 2 + 2 == 4",
+            "the tests never import near, so they cannot find anything: `import near`",
         ),
         (
             "near = 1\n",
