@@ -12,6 +12,9 @@ WOKEN = 0.1  # s between two looks when an event announces the change
 # Called at each look of a wait in the main thread; an exception ends the wait.  A live session raises here when a node
 # has died.
 lookouts: list[Callable[[], None]] = []
+# Called after a wait of `LONG` s or more in the main thread that was in vain.  A live session tells a possible reason.
+in_vain: list[Callable[[], None]] = []
+LONG = 2.0  # s
 
 
 def wait_until(
@@ -40,6 +43,9 @@ def wait_until(
                 news.wait(min(left, WOKEN))
             else:
                 time.sleep(min(left, POLL))
+    if not found and alert and timeout >= LONG and threading.current_thread() is threading.main_thread():
+        for tell in in_vain:
+            tell()
     return found
 
 

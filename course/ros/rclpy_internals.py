@@ -148,6 +148,11 @@ def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParamete
     return end
 
 
+def is_watched(node: Node) -> bool:
+    """Return True if `watch_parameters` watches a node."""
+    return "_set_parameters_atomically" in vars(node)
+
+
 def replace_in_rclpy(
     make: Callable[[Callable[..., Any]], Callable[..., Any]], owner: Any, name: str
 ) -> Callable[[], None]:

@@ -1,4 +1,4 @@
-"""The hint on a topic that already has another type in this kernel, where rclpy's error names neither."""
+"""The hint on a topic, a service or an action that already has another type in this kernel.  rclpy names neither."""
 
 import sys
 from types import TracebackType
@@ -9,23 +9,42 @@ from rclpy.node import Node
 from course.ros.names import type_name
 from course.ros.rclpy_internals import RCLError
 
+OF_ACTIONS = "action_type"  # an argument of ActionClient and ActionServer
 VERBS = {"create_subscription": "subscribes to", "create_publisher": "publishes"}
 
 
 def other_type(error: BaseException) -> str:
-    """Return the hint on an endpoint that the middleware refuses because the topic has another type here, or ''.
+    """Return the hint on an endpoint that the middleware refuses because its name has another type here, or ''.
 
-    Seen in rclpy 7.1.6: the error that is raised is 'invalid allocator'; the one that it replaces is only printed.
+    Seen in rclpy 7.1.6: the error of a topic is 'invalid allocator'; the one that it replaces is only printed.
     """
-    trace: TracebackType | None = error.__traceback__ if isinstance(error, RCLError) else None
+    refused = isinstance(error, RCLError) or "with incompatible type" in str(error)
+    module: Any = sys.modules.get("course.session.live")
+    if not refused or not module or not (session := module.current()):
+        return ""
+    trace: TracebackType | None = error.__traceback__
     while trace:
         function, values = trace.tb_frame.f_code.co_name, trace.tb_frame.f_locals
         if function in VERBS and "topic" in values and "msg_type" in values:
-            session = sys.modules.get("course.session.live") and sys.modules["course.session.live"].current()
             # The node that failed may be destroyed by now.
-            return _clash(session.node, str(values["topic"]), type_name(values["msg_type"])) if session else ""
+            return _clash(session.node, str(values["topic"]), type_name(values["msg_type"]))
+        if function in ("create_client", "create_service") and "srv_type" in values and "srv_name" in values:
+            return _of_a_server(session, str(values["srv_name"]), type_name(values["srv_type"]))
+        if function == "__init__" and OF_ACTIONS in values and "action_name" in values:
+            return _of_a_server(session, str(values["action_name"]), type_name(values[OF_ACTIONS]))
         trace = trace.tb_next
     return ""
+
+
+def _of_a_server(session: Any, given: str, kind: str) -> str:
+    name = session.node.resolve_service_name(given)
+    other = next((each for each in session.served().get(name, ()) if each != kind), "")
+    if not other:
+        return ""
+    return (
+        f"{name} is served with the type {other}, and your line uses {kind}. Both sides must use the same: take the "
+        "type of the server, or another name."
+    )
 
 
 def _clash(node: Node, topic: str, kind: str) -> str:

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from rclpy.exceptions import NotInitializedException
+from rclpy.exceptions import InvalidHandle, NotInitializedException
 
 from course.ros.rclpy_internals import GoalFault
 from course.session.clashes import other_type
@@ -26,6 +26,11 @@ from course.session.source import defined, ends_its_node, exits, is_cell, no_lis
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
     "session's context: `Node('name', context=ros.context)`."
+)
+GONE = (
+    "What this line uses was destroyed, by itself or with its node: `ros.stop(...)`, `destroy_node()` and the next "
+    "start of a node of the same name do so. Take it from the node that the newest `ros.start(...)` returns, as "
+    "`.node`."
 )
 # Left out of an error: the path of a module, and what Python 3.13 adds.  Python 3.12 may suggest another name after it.
 LATER = re.compile(r"( \(/\S+\)| and no __dict__ for setting new attributes)(?=$|\. Did you mean)")
@@ -229,6 +234,7 @@ def hint_on(error: Exception) -> str:
     frames = _own_frames(error.__traceback__)
     last = "".join(traceback.format_exception_only(error)).strip()
     why = IN_A_CELL if isinstance(error, NotInitializedException) else ""
+    why = GONE if isinstance(error, InvalidHandle) else why
     why = why or other_type(error) or _hint(last, _source(error.__traceback__), frames)
     return f"Hint: {why}" if why else ""
 

@@ -25,7 +25,7 @@ from rclpy.task import Future
 
 from course import environment, recorders
 from course.errors import LiveError
-from course.foundation.waiting import lookouts, wait_until
+from course.foundation.waiting import in_vain, lookouts, wait_until
 from course.interfaces import builder, kept
 from course.ros.rclpy_internals import watch_goals
 from course.ros.rclpy_patches import patch
@@ -101,6 +101,7 @@ class Session:
             args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"], domain_id=domain_id
         )
         self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
+        self.node.destroy_node = self._keep  # type: ignore[method-assign]
         self._handles: dict[str, Handle] = {}
         self.watch = Watch(self._handles)
         self._logs = SessionLogs(self.node, self._handles, self.watch.notice)
@@ -124,6 +125,7 @@ class Session:
         atexit.register(self.close)
         builder.on_replace.append(self._drop_types)
         lookouts.append(self.watch.look)
+        in_vain.append(self._waited_in_vain)
         recorders.hanging.append(self._calls.hanging)
         self._guards = Guards(self.watch.notice, self.apart)
         self._guards.install()
@@ -307,11 +309,15 @@ class Session:
             if wait_until(condition, timeout - WORLDLESS):
                 return True
         if timeout >= TELLING:
-            for text in (*misspelt_topics(self.node), *unfit_topics(self.node, self._handles)):
-                if text not in self._told_unfit:
-                    self._told_unfit.add(text)
-                    self.watch.notice(text)
+            self._waited_in_vain()
         return False
+
+    def _waited_in_vain(self) -> None:
+        """Tell the reader, once, about topics with unfit QoS or a misspelt name."""
+        for text in (*misspelt_topics(self.node), *unfit_topics(self.node, self._handles)):
+            if text not in self._told_unfit:
+                self._told_unfit.add(text)
+                self.watch.notice(text)
 
     def apart(self, end: Publisher | Subscription | Client | ActionClient) -> str:
         """Return why a publisher, a subscription, a client or an action client is not matched by another node."""
@@ -354,11 +360,13 @@ class Session:
         atexit.unregister(self.close)
         builder.on_replace.remove(self._drop_types)
         lookouts.remove(self.watch.look)
+        in_vain.remove(self._waited_in_vain)
         recorders.hanging.remove(self._calls.hanging)
         self._unwatch_goals()
         self._guards.remove()
         self._nodes.stop(wait=False)
         self._publishing.end()
+        vars(self.node).pop("destroy_node", None)
         self._spinner.stop()
         self.context.try_shutdown()
         if self._claim:
@@ -424,6 +432,12 @@ class Session:
         for end in list(destructors(self.node, package)):
             end()
         self._spinner = self._spin()
+
+    def _keep(self) -> None:
+        raise LiveError(
+            "ros.node is the session's own node, and nothing was destroyed: without it, nothing in this notebook could "
+            "call or wait. `ros.stop()` ends the nodes that you have started"
+        )
 
     def _spin(self) -> Spinner:
         """Begin to spin the session's own node; the reader is told what its callbacks raise."""

@@ -45,6 +45,9 @@ class LiveNode:
         self.node = spinner.node
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]
+        self._namespace = self.node.get_namespace()
+        self._destroy = self.node.destroy_node
+        self.node.destroy_node = self._destroyed  # type: ignore[method-assign]
         self.started = time.time()
         self.over: float | None = None  # nobody asks: one that was stopped is in no table
 
@@ -105,9 +108,8 @@ class LiveNode:
     @property
     def services(self) -> set[str]:
         """Return its services, those of its actions included."""
-        name, namespace = self.node.get_name(), self.node.get_namespace()
         with contextlib.suppress(InvalidHandle, NodeNameNonExistentError):  # the node is being made or destroyed
-            return {service for service, _ in self.node.get_service_names_and_types_by_node(name, namespace)}
+            return {name for name, _ in self.node.get_service_names_and_types_by_node(self.name, self._namespace)}
         return set()
 
     @property
@@ -157,7 +159,15 @@ class LiveNode:
         """Stop spinning it and destroy it; stopping twice is not an error."""
         self._owner.stop(self.name)
 
+    def _destroyed(self) -> None:
+        """End it with its executor where the reader destroys the node, in a cell; elsewhere do as rclpy does."""
+        if threading.current_thread() is threading.main_thread():
+            self.stop()
+        else:
+            self._destroy()
+
     def _end(self) -> None:
+        vars(self.node).pop("destroy_node", None)
         if self.alive and not self._spinner.stop():
             destroy_node(self.node)
 

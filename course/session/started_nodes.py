@@ -21,7 +21,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
-from course.ros.rclpy_internals import GoalFault, is_initialized
+from course.ros.rclpy_internals import GoalFault, is_initialized, is_watched
 from course.session.calls import Calls
 from course.session.failure_report import Frame, text_at
 from course.session.guards import say
@@ -117,6 +117,12 @@ class StartedNodes:
         found = self._called(name, self._again)
         if not found:
             raise LiveError(f"this session has started nothing called {name}: ros.nodes() lists what it has started")
+        old = self._handles.get(found[0])
+        if isinstance(old, LiveNode) and is_watched(old.node):
+            self._watch.notice(
+                f"A ParameterRecorder of '{old.name}' belongs to the node before the restart, and records nothing of "
+                "the new one: make another one."
+            )
         return self._alone(self._again[found[0]])
 
     def has_started(self, name: str) -> bool:

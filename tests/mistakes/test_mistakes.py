@@ -36,8 +36,10 @@ OF_THE_KERNEL = {  # whose hint is made from what the kernel has: an interface t
     "calculator/wrong_import",
     "parameters/pre_set_returns_nothing",
     "services/before_the_session",
+    "services/client_of_another_type_in_a_cell",
     "services/result_too_early",
     "services/type_in_quotes",
+    "services/uses_a_node_that_has_ended",
 }
 ELSEWHERE = {  # whose message each run tests without a kernel, by the module that tests it
     "actions/accepted_goal_never_begins": "tests/session/test_source.py",
@@ -137,6 +139,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/callback_loops": "tests/session/test_doing.py",
     "services/callback_sleeps": "tests/session/test_doing.py",
     "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
+    "services/client_of_another_type_in_a_cell": "tests/session/test_starts.py",
     "services/constructor_that_never_returns": "tests/session/test_starts.py",
     "services/domain_changed_in_a_cell": "tests/session/test_matching.py",
     "services/file_of_another_name": "tests/notebook/test_judging.py",
@@ -146,10 +149,12 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/log_of_another_name": "tests/session/test_session.py",
     "services/loop_at_module_level": "tests/session/test_doing.py",
     "services/loop_before_the_node": "tests/session/test_doing.py",
+    "services/node_of_the_session_destroyed": "tests/session/test_starts.py",
     "services/stop_that_is_not_on": "tests/notebook/test_public_checks.py",
     "services/text_that_no_line_has": "tests/session/test_session.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
     "services/two_nodes_of_a_class_with_one_name": "tests/session/test_starts.py",
+    "services/uses_a_node_that_has_ended": "tests/session/test_starts.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
     "services/waits_in_a_loop": "tests/session/test_failure_report.py",
 }

@@ -5,15 +5,20 @@ import threading
 
 import pytest
 from course_interfaces.action import Fibonacci
+from example_interfaces.action import Fibonacci as Released
 from rclpy.action import ActionClient, ActionServer, GoalResponse
+from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
-from course.errors import NodeFailed
+from course.errors import LiveError, NodeFailed
 from course.foundation.waiting import wait_until
+from course.recorders import ParameterRecorder, TopicRecorder
+from course.ros.rclpy_internals import RCLError
 from course.session import started_nodes
-from course.session.live import Session
+from course.session.failure_report import hint_on
+from course.session.live import Session, live
 
 
 class Motor(Node):
@@ -89,6 +94,60 @@ def test_a_constructor_that_does_not_return_is_told_with_its_line(session, monke
     exec(compile(f"{cell}ros.start(Late)", "/tmp/ipykernel_1/3.py", "exec"), space)
     told = capsys.readouterr().err
     assert "The `__init__` of Late has not returned after 0.2 s" in told and "the cell, line 4, in __init__" in told
+
+
+def test_a_recorder_of_parameters_that_a_restart_leaves_behind(session):
+    handle = session.start(Motor, "left")
+    session.restart("motor")
+    assert session.watch.notices() == []
+    ParameterRecorder(session.start(Motor, "left").node)
+    session.restart("motor")
+    (told,) = session.watch.notices()
+    assert told.startswith("A ParameterRecorder of 'motor' belongs to the node before the restart")
+    assert not handle.alive
+
+
+def test_a_recorder_that_waits_in_vain_for_a_misspelt_topic(session):
+    session.node.create_publisher(String, "words_here", 10)
+    heard = TopicRecorder(session.node, String, "wordshere", {"word": "data"})
+    assert not heard.wait_for(1, timeout=2.0)
+    (told,) = session.watch.notices()
+    assert "subscribes to /wordshere, which no node publishes. Did you mean /words_here" in told
+
+
+def test_a_node_that_a_cell_destroys_leaves_the_session_as_it_is(session):
+    session.start(Motor, "left")
+    other = session.start(Motor, "right", name="other").node
+    client = other.create_client(Trigger, "motor_right")
+    other.destroy_node()
+    assert "/other" not in session.nodes()
+    with pytest.raises(InvalidHandle) as error:
+        client.call_async(Trigger.Request())
+    assert hint_on(error.value).startswith("Hint: What this line uses was destroyed, by itself or with its node")
+    session.start(Motor, "left")
+    session.call("motor_left", Trigger)
+    with pytest.raises(LiveError, match="ros.node is the session's own node, and nothing was destroyed"):
+        session.node.destroy_node()
+    session.call("motor_left", Trigger)
+
+
+@pytest.mark.parametrize("make", ["client", "goals", "server"])
+def test_another_type_of_a_service_or_an_action_in_this_kernel_is_told(make):
+    session = live()
+    try:
+        session.start(Motor, "left")
+        session.start(Counter)
+        with pytest.raises((RCLError, ValueError)) as error:
+            if make == "client":
+                session.node.create_client(SetBool, "motor_left")
+            elif make == "server":
+                session.node.create_service(SetBool, "motor_left", print)
+            else:
+                ActionClient(session.node, Released, "count")
+        kind = "course_interfaces/action/Fibonacci" if make == "goals" else "std_srvs/srv/Trigger"
+        assert f" is served with the type {kind}, and your line uses " in hint_on(error.value)
+    finally:
+        session.close()
 
 
 def test_a_callback_of_the_sessions_own_node_that_raises_is_told(session):
