@@ -27,7 +27,8 @@ def check(name: str = "") -> None:
              if cell.public_check}  # fmt: skip
     checks = {found: source for found, source in known.items() if name in ("", found)}
     if not checks:
-        print(f"there are no checks {name!r} here" if name else "there are no checks here")
+        listed = f": there are {', '.join(map(repr, known))}" if known else ""
+        print(f"there are no checks {name!r} here{listed}" if name else "there are no checks here")
         return
     for why in differences().values():
         print(f"note: {why}")

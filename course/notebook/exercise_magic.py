@@ -3,6 +3,7 @@
 import contextlib
 import importlib
 import os
+import re
 import shlex
 import sys
 from importlib.util import cache_from_source
@@ -12,7 +13,7 @@ from IPython.core.error import UsageError
 from IPython.core.magic_arguments import argument, magic_arguments, parse_argstring
 
 from course import registry
-from course.errors import CourseError, ExerciseError
+from course.errors import CourseError, ExerciseError, NodeFailed
 from course.foundation import storage
 from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
@@ -22,6 +23,8 @@ from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
 from course.notebook.file_differences import edited_elsewhere, last_written, remember, remember_refused
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
+
+ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
 
 
 @magic_arguments()
@@ -65,7 +68,15 @@ def exercise(line: str, cell: str) -> None:
         print(f"{path.name}: written")
         return
 
-    process = live().start(path, *(shlex.split(rest) if separator else []))
+    try:
+        process = live().start(path, *(shlex.split(rest) if separator else []))
+    except NodeFailed as failure:
+        if ON_PURPOSE.search(str(failure)) and "spin(" not in cell:
+            raise NodeFailed(
+                f"{failure}\n{path.name} was written. If it is to end by itself, as a client does, begin its cell with "
+                f"`%%exercise {path.name} --no-start`: that writes the file only."
+            ) from None
+        raise
     if process.alive:
         print(f"{path.name}: written, running as {', '.join(process.nodes)}")
     else:

@@ -5,6 +5,7 @@ IPython loads it by the environment's configuration (written by environment/inst
 """
 
 import os
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,8 @@ from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_passed
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.slips import slips
+
+FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -30,14 +33,33 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     shell.register_magic_function(exercise, magic_kind="cell", magic_name="exercise")  # type: ignore[call-arg]
     # IPython takes `%%exercise` below another line for a line magic of this name.
     shell.register_magic_function(_not_first, magic_kind="line", magic_name="%exercise")  # type: ignore[call-arg, arg-type]
+    shell.register_magic_function(_with_a_blank, magic_kind="line", magic_name="%exercise ")  # type: ignore[call-arg, arg-type]
     # From Python 3.13 on, a program started by a kernel would colour its tracebacks, which hints and log readers parse.
     os.environ.setdefault("PYTHON_COLORS", "0")
     kept.use(Path())  # makes the folder's packages importable before there is a session
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
+    shell.input_transformers_cleanup.append(_whole_cell)
     shell.set_custom_exc((Exception,), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)
+
+
+def _whole_cell(lines: list[str]) -> list[str]:
+    """Have a cell whose `%%exercise` is below comments, or written `%% exercise`, say so, whatever else it holds."""
+    code = [line for line in lines if line.strip() and not line.startswith("#")]
+    first = code[0].strip() if code else ""
+    if found := re.match(r"%%\s+exercise\b(.*)", first):
+        return [f"get_ipython().run_line_magic('%exercise ', {found[1].strip()!r})\n"]
+    if first.startswith("%%exercise ") and not lines[0].startswith("%%"):
+        return [f"get_ipython().run_line_magic('%exercise', {first.removeprefix('%%exercise').strip()!r})\n"]
+    return lines
+
+
+def _with_a_blank(line: str) -> None:
+    from IPython.core.error import UsageError
+
+    raise UsageError(f"Write `%%exercise {line}`, without a blank behind `%%`. Nothing was written.")
 
 
 def _not_first(line: str) -> None:
@@ -108,12 +130,20 @@ def _news_after(result: Any, *_: Any) -> None:
     """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has passed."""
     if result.success:
         _note_check(str(result.info.raw_cell or ""))
+    if isinstance(result.error_before_exec, SyntaxError):
+        _tell_of_shell(str(result.info.raw_cell or ""))
     for text in slips(str(result.info.raw_cell or "")):
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:
         for text in session.watch.notices():
             print(text, file=sys.stderr)
+
+
+def _tell_of_shell(cell: str) -> None:
+    """Tell the reader about a line for a shell in a cell that is not Python."""
+    if found := FOR_A_SHELL.search(cell):
+        print(f"Hint: This line is for a shell: in a cell, write it with `!`: `!{found[0].strip()}`", file=sys.stderr)
 
 
 def _note_check(source: str) -> None:

@@ -15,7 +15,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from html import escape
 from pathlib import Path
 
-from course.errors import NodeFailed
+from course.errors import ExerciseError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
 from course.session.endless_waits import EndlessSpin
@@ -88,6 +88,8 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
     `until`, a command is ended with Ctrl-C once it has printed a line with that text; its later output is left out of
     the transcript.
     """
+    if not commands or not all(isinstance(each, str) for each in commands):
+        raise ExerciseError("`terminal` takes each command as one text, such as terminal('ros2 service list -t')")
     failed = threading.Event()
     with ThreadPoolExecutor(len(commands)) as pool:
         begun = [pool.submit(_run, command, timeout, until, failed) for command in commands]

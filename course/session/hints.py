@@ -337,11 +337,64 @@ def _no_such_class(found: re.Match[str], source: str) -> str:
     known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
+    if module.split(".")[0] == COURSE and name not in near and (place := _module_with(name)):
+        return f"{name} is in {place}: write `from {place} import {name}`."
     if not of_types:
         return f"{module} has no {name}{'.' if near else ': look for the module that has it.'}{meant}"
     return (
         f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
     )
+
+
+def _module_with(name: str) -> str:
+    """Return the course's module from which pages import `name`; '' if there is none."""
+    for module in USUAL:
+        with contextlib.suppress(ImportError):
+            if hasattr(importlib.import_module(module), name):
+                return module
+    return ""
+
+
+def _is_a_module(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a module that is used as if it were the function or the class of its name."""
+    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Import))
+    for alias in (each for node in imports for each in node.names):
+        name = alias.asname or alias.name
+        if re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", code):
+            inside = dir(sys.modules.get(alias.name))
+            last = alias.name.rpartition(".")[2]
+            meant = last if last in inside else next((each for each in inside if each.lower() == last.lower()), "")
+            how = f": write `from {alias.name} import {meant}`." if meant else ", not a function or a class."
+            return f"`{name}` is the module {alias.name}{how}"
+    return ""
+
+
+def _method_indexed(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on square brackets after a method of the session, `ros.nodes["/a"]`."""
+    named = re.findall(r"\bros\.(\w+)\[", code)
+    return f"`ros.{named[0]}` is a method: call it with round brackets, `ros.{named[0]}(...)`." if named else ""
+
+
+def _of_the_course(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an argument for a function of the course that takes none."""
+    return f"`course.{found[1]}()` takes no argument." if f"course.{found[1]}(" in code else ""
+
+
+COURSE = "course"
+USUAL = (  # the modules that the pages import from
+    "course.recorders",
+    "course.figures",
+    "course.notebook.terminal",
+    "course.notebook.judging",
+    "course.notebook.mutants",
+    "course.world.node",
+    "course.world.practice",
+    "course.robot.agent",
+    "course.robot.driver",
+    "course.robot.sectors",
+    "course.nodes.arm",
+    "course.interfaces",
+)
 
 
 def _not_a_message(found: re.Match[str], source: str) -> str:
@@ -488,6 +541,9 @@ def _divisor(found: re.Match[str], source: str) -> str:
 
 def _is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
+    if package == COURSE and "." in found[1]:
+        near = difflib.get_close_matches(found[1], USUAL, 1)
+        return f"Did you mean `{near[0]}`?" if near else ""
     if "." in found[1] and (hidden := hidden_by_file(found, source)):
         return hidden
     if wrong := wrong_import(found[1], "", source):
@@ -731,6 +787,9 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
+    (r"'method' object is not subscriptable", _method_indexed),
+    (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),

@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Callable, Collection, Mapping
 from linecache import getlines
 from pathlib import Path
+from shutil import which
 from types import LambdaType
 from typing import Any
 
@@ -52,6 +53,7 @@ from course.session.misuse import (
     expect_of_a_file,
     expect_parameters,
     expect_request,
+    expect_seconds,
     expect_service,
 )
 from course.session.no_world import no_world
@@ -68,6 +70,8 @@ from course.session.watch import Handle, Watch
 
 WORLDLESS = 1.0  # s of waiting, after which the reader is told that no world sends scans
 UNKNOWN = 0.3  # s of waiting for a node that this session has not started, before its name is taken to be wrong
+RMW, PATH = "RMW_IMPLEMENTATION", "PATH"  # variables that programs need as they were when the session began
+START = "setpriv"  # the program by which a file's program is started
 TELLING = 0.5  # s that a failed wait must have lasted before a possible reason is shown
 
 
@@ -91,7 +95,7 @@ class Session:
         self.domain_id = domain_id
         # Child processes (`!ros2 ...`, `!python ...`) must find these nodes, and no others.
         os.environ.update(environment.session_variables(domain_id))
-        self._range = os.environ.get(environment.RANGE)
+        self._began_with = {name: os.environ.get(name, "") for name in (environment.RANGE, RMW, PATH)}
         patch()
         # About a client that died while it waited: its own report says so.
         warnings.filterwarnings("ignore", "failed to send response", RuntimeWarning)
@@ -160,6 +164,7 @@ class Session:
                 f"`threads` is a whole number from 1 on, such as `threads=4`, not {threads!r}: nothing was started"
             )
         expect_parameters(parameters)
+        expect_seconds(timeout)
         if isinstance(what, (str, Path)):
             expect_of_a_file(str(what), threads, kwargs)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
@@ -241,6 +246,7 @@ class Session:
         the reader if none comes.
         """
         expect_name(name, "logs", self._handles)
+        expect_seconds(timeout)
         if until is not None and not isinstance(until, str):
             raise LiveError("`until` is a text that a line of the log has, such as until='sum'")
         known = name is None or until is None or wait_until(lambda: self._nodes.has_started(name), UNKNOWN)
@@ -258,6 +264,7 @@ class Session:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._check_open()
         expect_service(service, srv_type, "wait_for_service")
+        expect_seconds(timeout)
         self._calls.wait_for_service(service, service_type(srv_type), timeout)
 
     @interruptible()
@@ -271,6 +278,7 @@ class Session:
         """
         self._check_open()
         expect_service(service, srv_type, "call")
+        expect_seconds(timeout)
         srv_type = service_type(srv_type)
         if request is not None:
             expect_request(request, service, srv_type)
@@ -283,6 +291,7 @@ class Session:
         Raises CallTimeout before that once there is no server that could answer, and NodeFailed when one of the
         session's nodes dies, or raises an exception, meanwhile.
         """
+        expect_seconds(timeout)
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.is_held_here():
                 self.watch.notice(
@@ -299,6 +308,7 @@ class Session:
         The reader is told, once, about topics with unfit QoS or a misspelt name, and about scans without a world.
         """
         condition = condition_of(condition)
+        expect_seconds(timeout)
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
         if timeout > WORLDLESS:
@@ -414,11 +424,17 @@ class Session:
                 f"since: a program started now could not reach it. Undo it with os.environ['ROS_DOMAIN_ID'] = "
                 f"'{self.domain_id}'. To choose a domain, set it before the first course.live()"
             )
-        if (now := os.environ.get(environment.RANGE)) != self._range:
-            raise LiveError(
-                f"{environment.RANGE} has been changed to {now} since this session began with {self._range}: a program "
-                f"started now might not be seen. Undo it with os.environ['{environment.RANGE}'] = '{self._range}'"
-            )
+        for name, before in self._began_with.items():
+            now = os.environ.get(name, "")
+            if name == PATH and not (which(START, path=before) and not which(START)):
+                continue  # it may well have grown
+            if now != before:
+                why = "a program could not be started" if name == PATH else "a program started now might not be seen"
+                undo = f"os.environ['{name}'] = '{before}'" if before else f"os.environ.pop('{name}')"
+                raise LiveError(
+                    f"{name} has been changed to {now or 'nothing'} since this session began"
+                    f"{f' with {before}' if before and name != PATH else ''}: {why}. Undo it with {undo}"
+                )
         for line in kept.refresh(self._folder):
             self.watch.notice(line)
         kept.use(self._folder)

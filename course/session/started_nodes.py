@@ -109,7 +109,8 @@ class StartedNodes:
                     self._tell_undeclared(path.name, parameters, names)
             return process
 
-        self._again[path.name] = again  # a program that fails at once can be restarted, too
+        if path.is_file():
+            self._again[path.name] = again  # a program that fails at once can be restarted, too
         return self._alone(again)
 
     def restart(self, name: str) -> Handle:
@@ -336,9 +337,9 @@ class StartedNodes:
 
     def _start_file(self, path: Path, arguments: list[str], timeout: float) -> NodeProcess:
         if not path.is_file():
-            meant = Path(f"{path}.py")
+            meant = next((each for each in (Path(f"{path}.py"), Path(path.name)) if each.is_file()), None)
             why = self._owner.elsewhere or (
-                f"write ros.start('{meant}')" if meant.is_file() else "run the cell that writes it, or check the name"
+                f"write ros.start('{meant}')" if meant else "run the cell that writes it, or check the name"
             )
             raise LiveError(f"there is no file {path}: {why}")
         for look in before_start:

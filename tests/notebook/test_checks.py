@@ -48,7 +48,10 @@ def test_check_shows_the_message_of_the_one_asked_for(here, capsys):
     here["total"] = 4
     course.check("adds")
     course.check("no such")
-    assert capsys.readouterr().out == "adds: not yet: 1 + 2 gave 4\nthere are no checks 'no such' here\n"
+    assert (
+        capsys.readouterr().out
+        == "adds: not yet: 1 + 2 gave 4\nthere are no checks 'no such' here: there are 'adds', 'other'\n"
+    )
 
 
 def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):

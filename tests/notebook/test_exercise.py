@@ -42,6 +42,26 @@ def test_an_interface_is_written_built_and_importable(kernel):
     assert kernel.run("from my_package.srv import Ask\nprint(Ask.Request())") == "my_package.srv.Ask_Request(a=0)"
 
 
+@pytest.mark.parametrize(
+    ("cell", "told"),
+    [
+        ("# mine\n\n%%exercise Ask.srv\nint32 a\n---\n", "`%%exercise Ask.srv` must be the first line of its cell"),
+        ("%% exercise server.py\nint32 = 1\n", "Write `%%exercise server.py`, without a blank behind `%%`."),
+        ("ros2 service list", "Hint: This line is for a shell: in a cell, write it with `!`: `!ros2 service list`"),
+        (
+            "%%exercise client.py\nimport sys\nsys.exit('Usage: client.py A')\n",
+            "begin its cell with `%%exercise client.py --no-start`",
+        ),
+    ],
+)
+def test_a_first_line_that_is_wrong_is_told(kernel, cell, told):
+    assert told in kernel.run(cell)
+
+
+def test_an_exercise_line_in_a_text_is_a_text(kernel):
+    assert kernel.run("print('''# mine\n%%exercise a.py''')") == "# mine\n%%exercise a.py"
+
+
 def test_a_server_is_replaced_when_its_cell_runs_again(kernel):
     kernel.run("%%exercise Ask.srv\nint32 a\n---\nint32 b\n")
     for sign, expected in (("+", "6"), ("-", "4"), ("-", "4")):

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from course.errors import NodeFailed
+from course.errors import ExerciseError, NodeFailed
 from course.foundation import waiting
 from course.notebook.terminal import USUAL, terminal
 from course.session import stacks
@@ -199,6 +199,12 @@ def test_a_parameter_file_for_another_node_is_told(tmp_path):
     (tmp_path / "node.py").write_text("print('[INFO] [parameter_node]: Max speed: 1.5', flush=True)\n")
     ((_, output, _),) = terminal("python3 node.py --params-file robot.yaml", until="Max speed:").runs
     assert "Hint: robot.yaml has parameters for parameternode, and the node is called parameter_node" in output
+
+
+@pytest.mark.parametrize("commands", [(), (["ros2", "node", "list"],)])
+def test_commands_that_are_no_text_are_told(commands):
+    with pytest.raises(ExerciseError, match="takes each command as one text"):
+        terminal(*commands)
 
 
 def test_a_line_that_never_comes_is_told(tmp_path):

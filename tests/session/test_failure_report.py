@@ -1,5 +1,6 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
+import importlib
 import linecache
 import os
 import subprocess
@@ -717,3 +718,42 @@ def test_a_dict_inside_the_course_has_no_hint_on_the_readers_line():
 def test_a_type_that_was_changed_by_a_missing_bracket_is_told_with_the_cure():
     said = hint("AttributeError: 'AddTwoInts_Response' object attribute 'sum' is read-only")
     assert "`AddTwoInts.Response.sum = ...` was run, without brackets" in said and "restart the kernel" in said
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "code", "says"),
+    [
+        (
+            "TypeError: 'module' object is not callable",
+            "import course.notebook.terminal as terminal",
+            "terminal('ls')",
+            "`terminal` is the module course.notebook.terminal: write `from course.notebook.terminal import terminal`.",
+        ),
+        (
+            "TypeError: module() takes at most 2 arguments (3 given)",
+            "import rclpy.node as Node",
+            "class A(Node):",
+            "`Node` is the module rclpy.node: write `from rclpy.node import Node`.",
+        ),
+        ("TypeError: 'module' object is not callable", "import math", "math(2)", "`math` is the module math, not a"),
+        ("TypeError: 'method' object is not subscriptable", "", "ros.nodes['/a']", "`ros.nodes` is a method: call it"),
+        ("TypeError: 'method' object is not subscriptable", "", "self.nodes['/a']", ""),
+        (
+            "TypeError: live() takes 0 positional arguments but 1 was given",
+            "",
+            "course.live(5)",
+            "`course.live()` takes",
+        ),
+        ("ModuleNotFoundError: No module named 'course.recorder'", "", "", "Did you mean `course.recorders`?"),
+        (
+            "ImportError: cannot import name 'GoalRecorder' from 'course' (/course/__init__.py)",
+            "",
+            "",
+            "GoalRecorder is in course.recorders: write `from course.recorders import GoalRecorder`.",
+        ),
+    ],
+)
+def test_what_is_taken_for_something_else_is_named(error, text, code, says):
+    importlib.import_module("course.notebook.terminal")
+    said = hint(error, text, code)
+    assert said.startswith(says) and bool(said) == bool(says)

@@ -70,6 +70,12 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.start("relay.py", a=40), "ros.start('relay.py', parameters={'a': 40})"),
         (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
         (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
+        (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "`timeout` is a number of seconds"),
+        (lambda ros: ros.until(lambda: True, timeout=None), "such as timeout=5.0, not None"),
+        (lambda ros: ros.wait(Future(), "2"), "`timeout` is a number of seconds"),
+        (lambda ros: ros.wait_for_service("/add", AddTwoInts, []), "`timeout` is a number of seconds"),
+        (lambda ros: ros.logs("adder", until="x", timeout=True), "`timeout` is a number of seconds"),
+        (lambda ros: ros.start("relay.py", timeout="long"), "`timeout` is a number of seconds"),
     ],
 )
 def test_what_is_meant_is_written_out(session, wrong, told):
@@ -83,6 +89,28 @@ def test_a_file_without_its_ending_is_named_with_it(session, tmp_path):
     (tmp_path / "relay.py").write_text("")
     with pytest.raises(LiveError, match=r"write ros.start\('.*/relay.py'\)"):
         session.start(tmp_path / "relay")
+
+
+def test_a_file_of_another_folder_is_named_where_it_is(session, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(session, "_folder", tmp_path)
+    (tmp_path / "relay.py").write_text("")
+    with pytest.raises(LiveError, match=r"there is no file files/relay.py: write ros.start\('relay.py'\)"):
+        session.start("files/relay.py")
+    with pytest.raises(LiveError, match=r"has started nothing called relay.py"):
+        session.restart("relay.py")
+
+
+def test_changed_variables_that_programs_need_are_told(session, monkeypatch):
+    monkeypatch.setitem(os.environ, "RMW_IMPLEMENTATION", "rmw_other")
+    with pytest.raises(LiveError, match="RMW_IMPLEMENTATION has been changed to rmw_other since this session began"):
+        session.start(Adder)
+    monkeypatch.undo()
+    monkeypatch.setitem(os.environ, "PATH", os.environ["PATH"] + ":/nowhere")
+    session.start(Adder)
+    monkeypatch.setitem(os.environ, "PATH", "/nowhere")
+    with pytest.raises(LiveError, match="PATH has been changed to /nowhere since this session began: a program could"):
+        session.start(Adder)
 
 
 def test_a_changed_discovery_range_is_told_at_once(session, monkeypatch):
