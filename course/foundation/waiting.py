@@ -12,6 +12,8 @@ WOKEN = 0.1  # s between two looks when an event announces the change
 # Called at each look of a wait in the main thread; an exception ends the wait.  A live session raises here when a node
 # has died.
 lookouts: list[Callable[[], None]] = []
+# Called with what the reader of a cell should know at once, during a long wait.  A live session shows it.
+tellers: list[Callable[[str], None]] = []
 # Called after a wait of `LONG` s or more in the main thread that was in vain.  A live session tells a possible reason.
 in_vain: list[Callable[[], None]] = []
 LONG = 2.0  # s

@@ -135,6 +135,7 @@ def send_goal(args: Namespace) -> int | str | None:
     try:
         action = messages.get_action(args.action_type)
     except messages.INVALID_TYPE:
+        grammar.tell_near(args.action_type, messages.all_types("action"))
         raise RosError("The passed action type is invalid") from None
     goal = action.Goal()
     stamps: list[Stamp] = []

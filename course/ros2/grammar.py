@@ -4,6 +4,8 @@ import argparse
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+NEAR = 0.8  # least similarity of a name and the one that may be meant
+
 Completer = Callable[..., Iterable[str]]  # called by argcomplete with prefix, action, parser and parsed_args
 
 
@@ -111,3 +113,14 @@ def read_stdin() -> str:
     import sys
 
     return sys.stdin.read()
+
+
+def tell_near(name: str, known: Iterable[str]) -> None:
+    """Print on stderr which known name may be meant by `name`, if one is nearly the same."""
+    import difflib  # here, because most commands need none of these
+    import sys
+
+    from course.foundation.untrusted import one_line
+
+    if near := difflib.get_close_matches(name, [each for each in known if each != name], 1, NEAR):
+        print(f"Did you mean {one_line(near[0])}?", file=sys.stderr)

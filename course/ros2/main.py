@@ -125,7 +125,14 @@ def main() -> int | str | None:
     if selected in INSTEAD:
         return f"ros2 {selected} {INSTEAD[selected]}."
     guard_terminal()  # names, logs, parameters and messages can come from any program
-    args = parser.parse_args()
+    try:
+        args = parser.parse_args()
+    except SystemExit:
+        if any(word.startswith("{") and word.count("{") > word.count("}") for word in sys.argv[1:]):
+            print(
+                'Put quotation marks around the values: "{...}". Without them each blank ends a word.', file=sys.stderr
+            )
+        raise
     if not args.use_python_default_buffering:
         sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]  # a TextIOWrapper unless replaced
     # After rejecting a name, rclpy warns about its own incomplete cleaning up.

@@ -64,6 +64,7 @@ def info(args: Namespace) -> str | None:
         count = names.count(args.node_name)
         if count == 0:
             tell_if_alone(graph)
+            grammar.tell_near(args.node_name, names)
             return f"Unable to find node '{args.node_name}'"
         if count > 1:
             print(

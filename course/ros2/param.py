@@ -77,6 +77,7 @@ def _found(graph: Graph, args: Namespace) -> bool:
     there = graph.find_node(args.node_name, hidden=args.include_hidden_nodes, timeout=timeout)
     if not there:
         tell_if_alone(graph)
+        grammar.tell_near(absolute(args.node_name), [node.full_name for node in graph.nodes()])
     return there
 
 
@@ -145,8 +146,9 @@ def get(args: Namespace) -> str | None:
         if not _found(graph, args):
             return "Node not found"
         values = call(graph, args.node_name, "GetParameters", names=[args.parameter_name]).values
-    if not values:
-        return "Parameter not set"
+        if not values:
+            grammar.tell_near(args.parameter_name, list_parameters(graph, args.node_name))
+            return "Parameter not set"
     if values[0].type >= len(VALUES):
         return f"Unknown parameter type '{values[0].type}'"
     label, field = VALUES[values[0].type]

@@ -40,6 +40,7 @@ def main(args: Namespace) -> int | str:
     name = args.executable_name
     commands = executables.get(name) or executables.get(name.removesuffix(".py"))
     if not commands:
+        grammar.tell_near(name, executables)
         return "No executable found"
     if len(commands) > 1:
         raise RosError("\n- ".join(["Multiple executables found:", *(command[-1] for command in commands)]))

@@ -149,6 +149,7 @@ def call(args: Namespace) -> str | None:
     try:
         service = messages.get_service(args.service_type)
     except messages.INVALID_TYPE:
+        grammar.tell_near(args.service_type, messages.all_types("srv"))
         raise RosError("The passed service type is invalid") from None
     request = service.Request()
     stamps: list[Stamp] = []

@@ -84,6 +84,7 @@ def pub(args: Namespace) -> str | None:
     try:
         message = messages.get_message(args.message_type)()
     except messages.INVALID_TYPE:
+        grammar.tell_near(args.message_type, messages.all_types("msg"))
         raise RosError("The passed message type is invalid") from None
     try:
         values = yaml.safe_load(grammar.read_stdin() if args.stdin else args.values)

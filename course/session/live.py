@@ -26,7 +26,7 @@ from rclpy.task import Future
 
 from course import environment, recorders
 from course.errors import LiveError
-from course.foundation.waiting import in_vain, lookouts, wait_until
+from course.foundation.waiting import in_vain, lookouts, tellers, wait_until
 from course.interfaces import builder, kept
 from course.ros.rclpy_internals import watch_goals
 from course.ros.rclpy_patches import patch
@@ -130,6 +130,7 @@ class Session:
         builder.on_replace.append(self._drop_types)
         lookouts.append(self.watch.look)
         in_vain.append(self._waited_in_vain)
+        tellers.append(say)
         recorders.hanging.append(self._calls.hanging)
         self._guards = Guards(self.watch.notice, self.apart)
         self._guards.install()
@@ -371,6 +372,7 @@ class Session:
         builder.on_replace.remove(self._drop_types)
         lookouts.remove(self.watch.look)
         in_vain.remove(self._waited_in_vain)
+        tellers.remove(say)
         recorders.hanging.remove(self._calls.hanging)
         self._unwatch_goals()
         self._guards.remove()

@@ -1,6 +1,7 @@
 """Lockstep: the world and the driving node wait for each other, so that simulated time can run at any speed."""
 
 import re
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -9,10 +10,13 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
 
+from course.foundation.waiting import tellers
 from course.ros.rclpy_internals import RCLError, unwatched
 from course.world.geometry import Floats
 from course.world.simulation import Collision
 
+MISSED = 3  # ticks without a command, after which the reader learns that the drive takes long
+FIRST, REAL = 20, 0.9  # ticks after which it is known whether the time of a drive is at least this part of the real one
 # A valid service name; rmw calls a node `_NODE_NAME_UNKNOWN_` until it has discovered the node's name.
 NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)
 
@@ -87,3 +91,63 @@ class Barrier:
             if not future.done():
                 client.remove_pending_request(future)
         return done
+
+    def in_real_time(self, timeout: float) -> list[str]:
+        """Return the nodes that answer, within `timeout` s, that they do not use simulated time."""
+        ready = [client for client in self._clients.values() if client.service_is_ready()]
+        with unwatched():
+            asked = [(each, each.call_async(GetParameters.Request(names=["use_sim_time"]))) for each in ready]
+        for _, future in asked:
+            future.add_done_callback(lambda _: self._notify())
+        self._wait(lambda: all(future.done() for _, future in asked), timeout)
+        found = []
+        for client, future in asked:
+            if not future.done():
+                client.remove_pending_request(future)
+            elif not any(value.bool_value for value in future.result().values):
+                found.append(client.service_name.removesuffix("/get_parameters").rpartition("/")[2])
+        return found
+
+
+class Pace:
+    """Tells the reader of a cell, once, that a drive takes longer than usual, and why."""
+
+    def __init__(self, barrier: Barrier, answer_within: float, period: float) -> None:
+        """Begin; a tick lasts `period` s of simulated time, and waits for a command at most `answer_within` s."""
+        self._barrier, self._limit, self._period = barrier, answer_within, period
+        self._began, self._told = time.monotonic(), False
+
+    def look(self, drive: Drive) -> None:
+        """Look after each tick of the drive."""
+        ticks, ran = drive.answered + drive.missed, time.monotonic() - self._began
+        if self._told or not tellers:
+            return
+        if drive.missed >= MISSED and ran >= MISSED * self._limit:
+            self._tell(
+                f"{drive.missed} scans had no command within {self._limit:g} s: this drive goes on without one, and "
+                "takes long. A driver must answer sooner: its callback must not sleep or compute for so long."
+            )
+        elif (
+            ticks == FIRST and ran >= REAL * ticks * self._period and (late := self._barrier.in_real_time(self._limit))
+        ):
+            self._tell(
+                f"{' and '.join(late)} does not use simulated time, so this drive takes as long as in reality: start "
+                "it with parameters={'use_sim_time': True}."
+            )
+
+    def _tell(self, text: str) -> None:
+        self._told = True
+        _tell(text)
+
+
+def tell_of_no_driver(limit: float) -> None:
+    """Tell the reader of a cell that a drive waits for its driver, at most `limit` s more."""
+    _tell(
+        "This drive waits for its driver, a node that publishes cmd_vel and subscribes to scan, for at most "
+        f"{limit:.0f} s more: start one before it."
+    )
+
+
+def _tell(text: str) -> None:
+    for tell in tellers:
+        tell(text)

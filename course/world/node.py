@@ -33,12 +33,13 @@ from course.ros.rclpy_internals import RCLError
 from course.world.controls import LATCHED, Controls
 from course.world.geometry import Pose
 from course.world.laser import Laser
-from course.world.lockstep import Barrier, Drive
+from course.world.lockstep import Barrier, Drive, Pace, tell_of_no_driver
 from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
 COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
+PATIENCE = 3.0  # s without a driver, after which the reader is told that a drive waits for one
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command after which a tick ends, for a driver without parameter services
 
@@ -225,6 +226,7 @@ class World(Node):
             self._meet(min(find_within, end - time.monotonic()), answer_within, alive)
         self._tell_watchers()
         result = Drive(self.simulation.room.name)
+        pace = Pace(self._barrier, answer_within, self._period / 1e9)
         ticks, pending = round(seconds * 1e9 / self._period), find_within > 0.0
         for _ in range(ticks):
             if time.monotonic() > end or not self.context.ok():
@@ -234,6 +236,7 @@ class World(Node):
             pending = False
             result.answered += answered
             result.missed += not answered
+            pace.look(result)
             with self._lock:
                 self._move()
             if on_step is not None:
@@ -255,7 +258,10 @@ class World(Node):
         def found() -> bool:
             return self._scan_pub.get_subscription_count() > 0 and self._is_driven()
 
-        found_one = self._wait(lambda: found() or not alive(), timeout) and alive()
+        found_one = self._wait(lambda: found() or not alive(), min(timeout, PATIENCE)) and alive()
+        if not found_one and alive() and timeout > PATIENCE:
+            tell_of_no_driver(timeout - PATIENCE)
+            found_one = self._wait(lambda: found() or not alive(), timeout - PATIENCE) and alive()
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
             raise NoDriver(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")

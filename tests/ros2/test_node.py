@@ -5,6 +5,8 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from course.ros import graph
 from course.session import domains
 
@@ -128,6 +130,28 @@ def test_info_of_an_unknown_node(ros2):
     """One line on stderr, status 1."""
     done = ros2("node", "info", "/nobody")
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "Unable to find node '/nobody'\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "meant", "said"),
+    [
+        ("node info talker", "/talker", "Unable to find node 'talker'"),
+        ("param get /talke use_sim_time", "/talker", "Node not found"),
+        ("param get /talker use_sim_tme", "use_sim_time", "Parameter not set"),
+        ("run course add_two_ints_clent", "add_two_ints_client", "No executable found"),
+        ("service call /a std_srv/srv/Trigger", "std_srvs/srv/Trigger", "The passed service type is invalid"),
+        ("topic pub /a std_msgs/msg/Strin", "std_msgs/msg/String", "The passed message type is invalid"),
+    ],
+)
+def test_a_name_that_is_nearly_right_is_followed_by_the_right_one(ros2, line, meant, said):
+    done = ros2(*line.split())
+    assert (done.returncode, done.stderr) == (1, f"Did you mean {meant}?\n{said}\n")
+
+
+def test_values_without_quotation_marks_are_told(ros2):
+    done = ros2("service", "call", "/add", "example_interfaces/srv/AddTwoInts", "{a:", "5,", "b:", "3}")
+    assert done.returncode == 2 and "unrecognized arguments: 5, b: 3}" in done.stderr
+    assert done.stderr.endswith("Without them each blank ends a word.\n")
 
 
 def test_nodes_without_the_course_s_profile_are_listed_at_once(ros2, alone):

@@ -287,6 +287,60 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
             node.drive(0.1, find_within=0.2, answer_within=0.05)
 
 
+@pytest.fixture
+def told(monkeypatch):
+    """What a reader of a cell is told during a drive."""
+    said = []
+    monkeypatch.setattr("course.world.lockstep.tellers", [said.append])
+    return said
+
+
+def own_driver(context, pause: float, by_timer: bool):
+    """A driver that commands at each scan, after a pause, or ten times a second."""
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    class Driver(Node):
+        def __init__(self):
+            simulated = [parameter("use_sim_time", not by_timer)]
+            super().__init__("driver", context=context, parameter_overrides=simulated)
+            self.commands = self.create_publisher(Twist, "cmd_vel", 10)
+            self.create_subscription(LaserScan, "scan", self.on_scan, 10)
+            if by_timer:
+                self.create_timer(0.1, lambda: self.commands.publish(Twist()))
+
+        def on_scan(self, scan):
+            time.sleep(pause)
+            if not by_timer:
+                self.commands.publish(Twist())
+
+    return Driver()
+
+
+@pytest.mark.parametrize(
+    ("pause", "by_timer", "says"),
+    [
+        (0.0, True, "driver does not use simulated time, so this drive takes as long as in reality"),
+        (0.4, False, "3 scans had no command within 0.1 s"),
+        (0.0, False, ""),
+    ],
+)
+def test_a_drive_that_takes_long_says_why(context, told, monkeypatch, pause, by_timer, says):
+    monkeypatch.setattr("course.world.lockstep.FIRST", 15)
+    node, driver = world(context, fast=True), own_driver(context, pause, by_timer)
+    with spinning(node, context), spinning(driver, context):
+        node.drive(2.0, answer_within=0.1 if pause else 5.0)
+    assert len(told) == bool(says) and says in "".join(told)
+
+
+def test_a_drive_without_a_driver_says_that_it_waits(context, told, monkeypatch):
+    monkeypatch.setattr("course.world.node.PATIENCE", 0.1)
+    with pytest.raises(TimeoutError, match="publishes cmd_vel"):
+        world(context, fast=True).drive(1.0, find_within=0.3)
+    assert len(told) == 1 and told[0].startswith("This drive waits for its driver, a node that publishes cmd_vel")
+
+
 def test_a_driver_that_has_died_is_not_waited_for(context):
     """It may die before it is found, or of the first scan; a test that waited would run into its time limit."""
     from geometry_msgs.msg import Twist
