@@ -23,7 +23,7 @@ from course.session.failure_report import MARK, Frame, frame_at, of_program, tex
 from course.session.guards import say
 from course.session.live import Session, current
 from course.session.logs import node_of_line
-from course.session.parameter_files import unread_files
+from course.session.parameter_files import unread_files, with_tabs
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -166,7 +166,8 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
             "below `ros__parameters:`, with two underscores.\n"
         )
     logging = {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
-    for why in unread_files(words, logging):
+    tabs = with_tabs(words) if "Couldn't parse params file" in output else []
+    for why in (*tabs, *unread_files(words, logging)):
         output = f"{output.rstrip()}\nHint: {why}\n"
     return command, output, status
 

@@ -28,11 +28,31 @@ def unread_files(words: Sequence[str], nodes: Collection[str]) -> list[str]:
     return found
 
 
+def with_tabs(words: Sequence[str]) -> list[str]:
+    """Return a sentence about each file of parameters in a command line with a tab before a name: YAML has none."""
+    found = []
+    for flag, name in itertools.pairwise(words):
+        text = _text(Path(name)) if flag == FLAG else ""
+        lines = [
+            number for number, line in enumerate(text.splitlines(), 1) if "\t" in line[: -len(line.lstrip()) or None]
+        ]
+        if lines:
+            found.append(f"{name}, line {lines[0]}, begins with a tab: a parameter file is indented with blanks only.")
+    return found
+
+
+def _text(path: Path) -> str:
+    try:
+        return read_regular(path, MOST).decode(errors="replace")
+    except (OSError, ValueError):
+        return ""
+
+
 def _names(path: Path) -> list[str]:
     """Return the names of the nodes that a file has parameters for; [] if it cannot be read."""
     try:
-        return list(dict.fromkeys(_nodes(yaml.safe_load(read_regular(path, MOST)), "")))
-    except (OSError, ValueError, yaml.YAMLError, RecursionError):
+        return list(dict.fromkeys(_nodes(yaml.safe_load(_text(path)), "")))
+    except (ValueError, yaml.YAMLError, RecursionError):
         return []
 
 

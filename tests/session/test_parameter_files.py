@@ -3,7 +3,7 @@
 import pytest
 
 from course.session.live import Session
-from course.session.parameter_files import unread_files
+from course.session.parameter_files import unread_files, with_tabs
 
 PROGRAM = "import rclpy\nrclpy.init()\nnode = rclpy.create_node('parameter_node')\nrclpy.spin(node)\n"
 
@@ -30,6 +30,16 @@ def test_what_a_file_is_for(tmp_path, text, told):
     assert bool(found) == bool(told) and told in "".join(found)
     assert unread_files(["--params-file", str(path)], []) == []
     assert unread_files(["--params-file", str(tmp_path)], ["/parameter_node"]) == []
+
+
+def test_a_tab_is_named_with_its_line(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text("a:\n  b: 'x\ty'\n \t c: 1\n")
+    assert with_tabs(["--params-file", str(path)]) == [
+        f"{path}, line 3, begins with a tab: a parameter file is indented with blanks only."
+    ]
+    path.write_text("a:\n  b: 'x\ty'\n")
+    assert with_tabs(["--params-file", str(path)]) == []
 
 
 def test_a_file_that_is_started_with_one(tmp_path):
