@@ -9,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
+from inspect import signature
 from operator import attrgetter
 from typing import Any, Protocol, Self, cast
 from weakref import WeakSet
@@ -18,13 +19,22 @@ from action_msgs.srv import CancelGoal
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionClient
 from rclpy.action.client import ClientGoalHandle
+from rclpy.exceptions import ParameterNotDeclaredException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CourseError, NodeFailed
-from course.foundation.waiting import Lasting, ask_lookouts, wait_until
-from course.ros.rclpy_internals import action_name, action_type, keep_feedback, watch_parameters
+from course.foundation.calls import fitting, is_whole
+from course.foundation.waiting import Lasting, ask_lookouts, time_limit, wait_until
+from course.ros.rclpy_internals import (
+    InvalidHandle,
+    RCLError,
+    action_name,
+    action_type,
+    keep_feedback,
+    watch_parameters,
+)
 
 STATUS = {
     GoalStatus.STATUS_SUCCEEDED: "succeeded",
@@ -48,13 +58,22 @@ class Recorder:
     """A table of rows with a time; any thread may add rows."""
 
     def __init__(self, *columns: str) -> None:
+        if not all(isinstance(column, str) for column in columns):
+            raise CourseError("a recorder takes the names of its columns, such as `Recorder('angle', 'effort')`")
         self.columns = ("time", *columns)
         self.start = time.monotonic()  # s
         self._rows: list[tuple[Any, ...]] = []
         self._lock = threading.Lock()
 
-    def add(self, **values: object) -> None:
-        """Add a row; a column that is not given holds None.  Raises TypeError for an unknown column."""
+    def add(self, *nameless: object, **values: object) -> None:
+        """Add a row; a column that is not given holds None.
+
+        Raises TypeError for an unknown column, and CourseError for a value without the name of its column.
+        """
+        if nameless:
+            columns = [column for column in self.columns[1:] if column not in values] or ["column"]
+            named = [f"{column}={value!r:.40}" for column, value in zip(columns, nameless, strict=False)]
+            raise CourseError(f"each value has the name of its column: write `add({', '.join(named)})`")
         if unknown := set(values) - set(self.columns):
             raise TypeError(f"no column {', '.join(sorted(unknown))}: the columns are {', '.join(self.columns)}")
         with self._lock:
@@ -70,30 +89,86 @@ class Recorder:
     def __len__(self) -> int:
         return len(self._rows)
 
+    @fitting
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
-        """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s."""
+        """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s.
+
+        Raises CourseError if `wanted` is neither.
+        """
+        _expect_wanted(wanted)
 
         def there() -> bool:  # called without the lock: a callback must not wait while the table is checked
-            return len(self._rows) >= wanted if isinstance(wanted, int) else wanted(self.table())
+            return wanted(self.table()) if callable(wanted) else len(self._rows) >= wanted
 
         return wait_until(there, timeout)
+
+
+def _expect_wanted(wanted: object) -> None:
+    """Raise CourseError for what a recorder cannot wait for."""
+    fits = is_whole(wanted)
+    if callable(wanted):
+        try:
+            signature(wanted).bind({})
+        except TypeError:
+            fits = False
+        except ValueError:  # written in C
+            fits = True
+        else:
+            fits = True
+    if not fits:
+        raise CourseError(
+            "`wait_for` waits for a number of rows, as in `wait_for(3)`, or until a function of the table is true, as "
+            f"in `wait_for(lambda table: 7 in table['angle'])`, not for {wanted!r:.40}"
+        )
+
+
+def _expect_node(node: object, recorder: str) -> None:
+    """Raise CourseError for anything but a node."""
+    if not isinstance(node, Node):
+        raise CourseError(
+            f"{recorder} takes a node, such as `ros.node`, or `ros.start(TheNode).node`, not {node!r:.40}"
+        )
+    try:
+        node.get_name()
+    except InvalidHandle:
+        raise CourseError(
+            f"this node has been ended: give {recorder} a node that runs, such as `ros.start(TheNode).node`"
+        ) from None
+
+
+def _expect_client(client: ActionClient) -> None:
+    """Raise CourseError for an action client that cannot be used any more."""
+    try:
+        client.server_is_ready()
+    except (InvalidHandle, RCLError):
+        raise CourseError("this action client has been destroyed, or its node has been ended: make a new one") from None
 
 
 class TopicRecorder(Recorder):
     """The messages of a topic.
 
     `fields` maps each column to a path in the message, `{"x": "pose.pose.position.x"}`, or to a function of the
-    message.
+    message.  Raises CourseError for arguments of another kind, and for a path that the message does not have.
     """
 
+    @fitting
     def __init__(
         self, node: Node, msg_type: type, topic: str, fields: Mapping[str, str | Callable[[Any], object]], qos: int = 10
     ) -> None:
+        _expect_node(node, "TopicRecorder")
+        if not (hasattr(msg_type, "get_fields_and_field_types") and isinstance(topic, str)):
+            raise CourseError(
+                "TopicRecorder takes the type of a message, and then the name of a topic, as in "
+                f"`TopicRecorder(ros.node, Twist, 'cmd_vel', ...)`, not {msg_type!r:.40} and {topic!r:.40}"
+            )
+        if not isinstance(fields, Mapping):
+            raise CourseError(
+                "the fields are a dict of columns and what each holds of a message, such as {'linear': 'linear.x'}, "
+                f"not {fields!r:.40}"
+            )
         super().__init__(*fields)
-        self._fields: dict[str, Callable[[Any], object]] = {
-            name: attrgetter(field) if isinstance(field, str) else field for name, field in fields.items()
-        }
         self._node = node
+        self._fields = {name: _field(msg_type, field) for name, field in fields.items()}
         self._subscription = node.create_subscription(msg_type, topic, self._on_message, qos)
 
     def _on_message(self, message: object) -> None:
@@ -104,6 +179,23 @@ class TopicRecorder(Recorder):
         self._node.destroy_subscription(self._subscription)
 
 
+def _field(msg_type: type, field: object) -> Callable[[Any], object]:
+    """Return the function that reads a field of a message; raises CourseError if the message does not have it."""
+    if callable(field):
+        return field
+    name = msg_type.__name__
+    if not isinstance(field, str):
+        raise CourseError(f"a column holds a field of {name} by its name, or a function's value, not {field!r:.40}")
+    value: Any = msg_type()
+    for word in field.split("."):
+        if word not in getattr(value, "get_fields_and_field_types", dict)():
+            has: Mapping[str, str] = getattr(type(value), "get_fields_and_field_types", dict)()
+            told = f"{type(value).__name__} has {', '.join(has)}" if has else "a function can: `lambda message: ...`"
+            raise CourseError(f"{name} has no field {field!r}: {told}")
+        value = getattr(value, word)
+    return attrgetter(field)
+
+
 class GoalRecorder(Recorder):
     """The events of one goal, seen from its client: rows of `event`, `message` and `sequence`.
 
@@ -112,7 +204,9 @@ class GoalRecorder(Recorder):
     """
 
     END = ("rejected", *STATUS.values())
+    EVENTS = ("goal", "accepted", "feedback", "cancel", *END)
 
+    @fitting
     def __init__(self, client: ActionClient) -> None:
         super().__init__("event", "sequence", "message")
         if not isinstance(client, ActionClient):
@@ -120,22 +214,28 @@ class GoalRecorder(Recorder):
                 "GoalRecorder takes an action client, such as `ActionClient(ros.node, TheType, 'name')`, not "
                 f"{client!r:.40}"
             )
+        _expect_client(client)
         keep_feedback(client)
         self._client, self._name = client, action_name(client)
         self._sent = 0.0  # the time at which the goal was sent (s, monotonic)
         self._handle: ClientGoalHandle | None = None
 
-    def send(self, goal: object) -> Self:
+    def send(self, goal: object = None, *more: object, **fields: object) -> Self:
         """Send the goal, and record its events; raises CourseError for anything but a goal of the client's action."""
         kind: Any = action_type(self._client)
-        if not isinstance(goal, kind.Goal):
+        if fields:
+            given = ", ".join(f"{name}={value!r:.40}" for name, value in fields.items())
+            raise CourseError(f"`send` takes a goal: write `send({kind.__name__}.Goal({given}))`")
+        if more or not isinstance(goal, kind.Goal):
             raise CourseError(
-                f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not {goal!r:.40}"
+                f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not "
+                f"{', '.join(f'{each!r:.40}' for each in (goal, *more))}"
             )
         if self._sent:
             raise CourseError(
                 "this recorder has a goal: make a new one for each goal, `GoalRecorder(client).send(goal)`"
             )
+        _expect_client(self._client)
         self.add(event="goal")
         self._sent = time.monotonic()
         _sent.add(self)
@@ -187,15 +287,17 @@ class GoalRecorder(Recorder):
         lists = [list(field) for field in fields if hasattr(field, "__len__") and not isinstance(field, str)]
         self.add(event=event, message=message, sequence=lists[0] if lists else None)
 
+    @fitting
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
         """Wait as for any recorder; raises NodeFailed once nothing more can come in time.
 
         That is so when the goal's server is gone, or is in a callback that does not return in time.
         """
+        _expect_wanted(wanted)
         gone = Lasting(lambda: not self._client.server_is_ready(), GONE)
         name = self._name
         others = [each._sent for each in list(_sent) if each is not self and each._name == name and each._goes_on()]
-        limit = time.monotonic() + timeout - self._sent if self._goes_on() else math.inf
+        limit = time.monotonic() + time_limit(timeout) - self._sent if self._goes_on() else math.inf
         looks = [make(name, limit, max(others, default=-math.inf)) for make in hanging]
         at = ""
 
@@ -222,12 +324,23 @@ class GoalRecorder(Recorder):
         """Return True once the goal was sent, until it has ended."""
         return self._sent > 0.0 and self._end() is None
 
+    @fitting
     def count(self, event: str) -> int:
-        """Return how often `event` has occurred."""
-        return self.table()["event"].count(event)
+        """Return how often `event` has occurred; raises CourseError if there is no such event."""
+        return self._events(event).count(event)
 
+    def _events(self, event: object) -> list[str]:
+        """Return all events so far; raises CourseError unless `event` is one that there may be."""
+        events = self.table()["event"]
+        if event not in self.EVENTS and event not in events:
+            raise CourseError(f"a goal has no event {event!r:.40}: its events are {', '.join(self.EVENTS)}")
+        return events
+
+    @fitting
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
         """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer."""
+        if not is_whole(count):
+            raise CourseError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
         self._expect_goal()
         ends = {*self.END}
 
@@ -236,7 +349,7 @@ class GoalRecorder(Recorder):
 
         if not self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout):
             return False
-        return self.wait_for(there, min(timeout, LAST))
+        return self.wait_for(there, min(time_limit(timeout), LAST))
 
     @property
     def feedback(self) -> list[Any]:
@@ -263,11 +376,16 @@ class GoalRecorder(Recorder):
         rows = zip(table["event"], table[column], strict=True)
         return next((value for event, value in rows if event in self.END), None)
 
+    @fitting
     def time_of(self, event: str) -> float | None:
-        """Return when `event` was first seen (s since the recorder was made), or None if it was not."""
-        table = self.table()
-        return next((time for time, each in zip(table["time"], table["event"], strict=True) if each == event), None)
+        """Return when `event` was first seen (s since the recorder was made), or None if it was not.
 
+        Raises CourseError if there is no such event.
+        """
+        events, times = self._events(event), self.table()["time"]
+        return times[events.index(event)] if event in events else None
+
+    @fitting
     def wait_end(self, timeout: float = 10.0) -> str | None:
         """Wait for the event that ends the goal, and return it; None after `timeout` s.
 
@@ -302,7 +420,13 @@ class DecisionRecorder(Recorder):
     The columns are the scan's stamp (s), the state, the action (m/s, rad/s), the sectors (m) and the latency (s).
     """
 
+    @fitting
     def __init__(self, controller: Observable) -> None:
+        if not hasattr(controller, "observers"):
+            raise CourseError(
+                "DecisionRecorder takes the controller itself, such as `ros.start(AIRobotController).node`, not "
+                f"{controller!r:.40}"
+            )
         super().__init__("stamp", "state", "linear", "angular", "front", "left", "right", "latency")
         controller.observers.append(lambda decision: self.add(**decision))
 
@@ -314,7 +438,9 @@ class ParameterRecorder(Recorder):
     the recorder's start, which nobody has set meanwhile.
     """
 
+    @fitting
     def __init__(self, node: Node) -> None:
+        _expect_node(node, "ParameterRecorder")
         super().__init__("name", "value", "accepted", "reason")
         self._node = node
         # rclpy 7.1.6 declares that this returns values, but it returns Parameters.
@@ -330,8 +456,14 @@ class ParameterRecorder(Recorder):
             self.add(name=parameter.name, value=parameter.value, accepted=result.successful, reason=result.reason)
 
     def range(self, name: str) -> tuple[float, ...]:
-        """The lowest and the highest value that the descriptor of `name` allows; () when it sets no limits."""
-        descriptor = self._node.describe_parameter(name)
+        """The lowest and the highest value that the descriptor of `name` allows; () when it sets no limits.
+
+        Raises CourseError if the node has no such parameter.
+        """
+        try:
+            descriptor = self._node.describe_parameter(name)
+        except (KeyError, ParameterNotDeclaredException):
+            raise CourseError(f"the node has no parameter {name!r:.40}") from None
         for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
             return limits.from_value, limits.to_value
         return ()

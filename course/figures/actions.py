@@ -1,9 +1,14 @@
 """Figures of section 3.2: an action's feedback as it comes in, and goals over time."""
 
+from collections.abc import Sequence
+
 from matplotlib.lines import Line2D
 
+from course.errors import CourseError
+from course.figures.misuse import expect_recorder
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, GROUND, legend, plain, style
 from course.figures.picture import Picture
+from course.foundation.calls import fitting
 from course.recorders import GoalRecorder, Recorder
 
 # The look of each event: size (points²), marker, and place in rows below the goal's line.  Messages of the client are
@@ -28,14 +33,21 @@ LABELLED = 12  # the newest points of a feedback figure
 
 
 @plain
+@fitting
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
-    """Draw the last element of the sequence at the time of each feedback message."""
+    """Draw the last element of the sequence at the time of each feedback message.
+
+    Raises CourseError for anything but a recorder of a goal, and if the feedback has no sequence.
+    """
+    expect_recorder(goal, "feedback", "event", "sequence")
     table = goal.table()
     rows = [
         (time, sequence)
         for time, event, sequence in zip(table["time"], table["event"], table["sequence"], strict=True)
         if event == "feedback" and sequence
     ]
+    if "feedback" in table["event"] and all(sequence is None for sequence in table["sequence"]):
+        raise CourseError("`feedback` draws the last element of a list, and the feedback of this goal has no list")
     picture = Picture("feedback of a goal")
     axes = style(picture.figure.add_subplot(), title, "Time since the recorder started (s)", "Newest element")
     times, values = [time for time, _ in rows], [sequence[-1] for _, sequence in rows]
@@ -53,9 +65,10 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
 
 
 @plain
+@fitting
 def timeline(
     *goals: Recorder,
-    labels: tuple[str, ...] = (),
+    labels: Sequence[str] = (),
     title: str = "A goal's life: request, feedback, end",
     together: bool = False,
 ) -> Picture:
@@ -63,8 +76,22 @@ def timeline(
 
     A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call, each at the time at
     which the client sent or received it.  Each line begins when its goal was sent; with `together` all have a common
-    time axis, which begins with the first goal.
+    time axis, which begins with the first goal.  Raises CourseError for anything but recorders of events, and for more
+    or fewer `labels` than these.
     """
+    if len(goals) == 1 and isinstance(goals[0], list | tuple):
+        raise CourseError(
+            "`timeline` draws one recorder after the other: write a star before a list, `timeline(*goals)`"
+        )
+    for goal in goals:
+        expect_recorder(goal, "timeline", "event")
+    if isinstance(labels, str) or (labels and len(labels) != len(goals)):
+        one = len(goals) == 1
+        raise CourseError(
+            f"`timeline` needs {len(goals)} label{'' if one else 's'} here, such as "
+            f"labels=({', '.join(repr(f'goal {number + 1}') for number in range(len(goals)))}{',' if one else ''}), "
+            f"not {labels!r:.60}"
+        )
     picture = Picture("timeline of goals", 2.5 + 0.65 * max(1, len(goals)))
     since = "the first was sent" if together else "sending"
     axes = style(picture.figure.add_subplot(), title, f"Time since {since} (s)")

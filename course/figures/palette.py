@@ -9,6 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 
+from course.errors import CourseError
+
 # After Okabe and Ito, Color Universal Design, 2008.  Orange, sky blue, vermillion and purple are darker than theirs: a
 # dark theme turns the lightness of each colour round, and each has at least 3:1 on both grounds.
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE = (
@@ -43,9 +45,16 @@ EVENTS = {
 plain = matplotlib.style.context("default")
 
 
+def in_lines(title: object) -> str:
+    """Return the title in lines that fit into a figure; raises CourseError unless it is text."""
+    if not isinstance(title, str):
+        raise CourseError(f"the title of a figure is text, `title='...'`, not {title!r:.40}")
+    return textwrap.fill(title, LINE)
+
+
 def style(axes: Axes, title: str, xlabel: str = "", ylabel: str = "") -> Axes:
     """Give `axes` the look that all figures share; the title says what is shown, the labels have units."""
-    axes.set_title(textwrap.fill(title, LINE), loc="left", fontsize=11, color=BLACK)
+    axes.set_title(in_lines(title), loc="left", fontsize=11, color=BLACK)
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
     axes.set_facecolor(GROUND)

@@ -11,8 +11,10 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 
 from course.errors import CourseError
+from course.figures.misuse import expect_recorder
 from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
+from course.foundation.calls import fitting, is_number
 from course.recorders import ParameterRecorder, Recorder
 
 LISTED = 4  # refusals listed at most, the newest ones
@@ -28,6 +30,7 @@ REFUSED = {"X": "refused", "^": "refused, far above", "v": "refused, far below",
 
 
 @plain
+@fitting
 def changes(
     record: ParameterRecorder,
     name: str,
@@ -41,7 +44,17 @@ def changes(
     of the axis, or with `beside` to the last of its rows.  The axis covers the accepted values, the declared range
     (dashed lines) and the refused values near these; one far away is an arrow at the edge.  Refusals are numbered, and
     their values and reasons are listed below the axis.  The columns of `beside`, in the same `unit`, are drawn as well.
+    Raises CourseError for anything but recorders, and for a parameter that was not recorded or is no number.
     """
+    if isinstance(record, str) and isinstance(name, Recorder):
+        raise CourseError(f"first the recorder, then the name: write `changes(sets, {record!r})`")
+    expect_recorder(record, "changes", "name", "value", "accepted", "reason")
+    if not isinstance(name, str):
+        raise CourseError(
+            f"`changes` takes the name of a parameter, such as `changes(sets, 'max_speed')`, not {name!r:.40}"
+        )
+    if beside is not None:
+        expect_recorder(beside, "changes")
     table = record.table()
     rows = [
         (time, value, accepted, reason)
@@ -109,12 +122,18 @@ def changes(
 
 
 @plain
-def response(track: Recorder, title: str = "", limits: tuple[float, ...] = ()) -> Picture:
+@fitting
+def response(track: Recorder, title: str = "", limits: Sequence[float] = ()) -> Picture:
     """Draw `angle` and `target` (rad) and `effort` (N m) of an arm over time, with a line at each `note`.
 
     The `limits` (N m) of the effort are dashed lines.  The default `title` says how far the arm is off its target
-    before each note, and in the last row.
+    before each note, and in the last row.  Raises CourseError for anything but a recorder of an arm.
     """
+    expect_recorder(track, "response", "angle", "target", "effort", "note")
+    if not isinstance(limits, list | tuple) or not all(map(is_number, limits)):
+        raise CourseError(
+            f"`response` takes limits of the effort (N m), such as limits=(-10.0, 10.0), not {limits!r:.40}"
+        )
     table = track.table()
     rows = list(zip(table["time"], table["angle"], table["target"], table["effort"], strict=True))
     moves = [row for row in rows if row[1] is not None]

@@ -11,7 +11,10 @@ from IPython.display import DisplayHandle, display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from course.errors import CourseError
+from course.figures.misuse import expect_recorder, positive
 from course.figures.palette import GROUND, plain
+from course.foundation.calls import fitting
 from course.foundation.waiting import wait_until
 from course.recorders import Recorder
 
@@ -60,15 +63,27 @@ class Live:
     def __init__(self, draw: Callable[[], Picture], recorder: Recorder, rate: float = 8.0) -> None:
         self._draw, self._recorder, self._pause = draw, recorder, 1.0 / rate
         self._shown: DisplayHandle | None = None
+        self._begun = False
         self._rows = 0  # already drawn
         self._drawn = -math.inf  # s, time of the last drawing
 
     def __enter__(self) -> Self:
-        self._shown = display(self._draw(), display_id=True)
+        self._begun, self._shown = True, display(self._draw(), display_id=True)
         return self
 
+    @fitting
     def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> bool:
-        """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s."""
+        """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s.
+
+        Raises CourseError outside of a `with` block, and for a condition that is no function.
+        """
+        if not self._begun:
+            raise CourseError("nothing is shown yet: write `with live(figure, recorder) as shown:`, and wait below it")
+        if not callable(condition):
+            raise CourseError(
+                f"`wait` takes a function that it can call again and again, not {condition!r:.40}: write `lambda:` "
+                "before the condition"
+            )
 
         def done() -> bool:
             if holds := condition():
@@ -87,10 +102,36 @@ class Live:
             self._shown.update(picture)
         self._drawn = time.monotonic()
 
-    def __exit__(self, *exception: object) -> None:
-        self._update(SHARP)
+    def __exit__(self, kind: object, error: object, traceback: object) -> None:
+        try:
+            self._update(SHARP)
+        except Exception:
+            if error is None:  # or else it is told in place of this one
+                raise
+
+    def __repr__(self) -> str:
+        return "<a live figure: it is shown by `with live(figure, recorder) as shown:`>"
 
 
-def live(figure: Callable[[Recorder], Picture], recorder: Recorder, rate: float = 8.0) -> Live:
-    """Show `figure(recorder)`, and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`."""
-    return Live(lambda: figure(recorder), recorder, rate)
+@fitting
+def live(figure: Callable[[Recorder], Picture | None], recorder: Recorder, rate: float = 8.0) -> Live:
+    """Show `figure(recorder)`, and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`.
+
+    Raises CourseError for anything but a function and a recorder, and when the function returns no figure.
+    """
+    if isinstance(figure, Recorder):
+        raise CourseError("first the function that draws, then the recorder: write `live(feedback, recorder)`")
+    if not callable(figure):
+        raise CourseError(
+            f"`live` calls the function that draws again and again, and this is {figure!r:.40}: write the function's "
+            "name without brackets, or `lambda record:` before the call"
+        )
+    expect_recorder(recorder, "live")
+
+    def draw() -> Picture:
+        drawn = figure(recorder)
+        if drawn is None:
+            raise CourseError("the function that `live` calls returns None: it must return the figure that it makes")
+        return drawn
+
+    return Live(draw, recorder, positive(rate, "rate", "live"))

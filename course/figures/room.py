@@ -1,6 +1,5 @@
 """Figures of a drive: the path in the room with the robot's states over time, and distances over time."""
 
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -13,22 +12,24 @@ from matplotlib.path import Path
 from matplotlib.typing import LineStyleType
 from numpy.typing import NDArray
 
+from course.figures.misuse import expect_recorder, expect_simulation, numbers, positive
 from course.figures.palette import (
     BLACK,
     BLUE,
     GREEN,
     GREY,
     GROUND,
-    LINE,
     ORANGE,
     STATES,
     VERMILLION,
     Overlaid,
+    in_lines,
     legend,
     plain,
     style,
 )
 from course.figures.picture import Picture
+from course.foundation.calls import fitting
 from course.recorders import DecisionRecorder
 from course.robot.sectors import wrap
 
@@ -86,6 +87,7 @@ CREEP = 0.02  # m/s: slower is on the spot
 
 
 @plain
+@fitting
 def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str = "") -> Picture:
     """The room and path of a `course.world.Simulation` (m), with the states that a `DecisionRecorder` saw.
 
@@ -93,8 +95,11 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     mark on the path shows where it turned on the spot, or stood; a cross, where it touched something.  Each state has a
     line and a mark of its own, which can be told apart without the colours.  Decisions are placed on the path by their
     scans' stamps (s): in simulated time, or by the wall clock, with the newest at the path's end.  The default `title`
-    says how far the robot came, and when it touched something.
+    says how far the robot came, and when it touched something.  Raises CourseError for anything else in their places.
     """
+    expect_simulation(simulation)
+    if decisions is not None:
+        expect_recorder(decisions, "drive", "stamp", "state")
     path = simulation.path
     if decisions is None:
         lanes, stamps, decided = MOTIONS, path[:-1, 0], _motions(path)
@@ -264,22 +269,28 @@ def _states(times: Floats, stamps: Floats, decided: list[str]) -> list[str]:
 
 
 @plain
+@fitting
 def distances(
     series: Mapping[str, Sequence[float]], aim: float, period: float = 0.1, title: str = "How a distance is kept"
 ) -> Picture:
-    """Draw a distance (m) over time for each name in `series`, one value every `period` s, and the desired distance."""
+    """Draw a distance (m) over time for each name in `series`, one value every `period` s, and the desired distance.
+
+    Raises CourseError for anything but numbers.
+    """
+    drawable = numbers(series, "distances", finite=False)
+    aim, period = positive(aim, "aim", "distances"), positive(period, "period", "distances")
     rows = max(1, len(series))
     picture = Picture("distances over time", 1.3 + 1.3 * rows)
-    picture.figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=11, color=BLACK)
+    picture.figure.suptitle(in_lines(title), x=0.01, ha="left", fontsize=11, color=BLACK)
     drawn = picture.figure.subplots(rows, 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     facts = [f"The aim is {aim:g} m"]
-    for axes, (name, values) in zip(drawn, series.items(), strict=False):
+    for axes, (name, values) in zip(drawn, drawable.items(), strict=False):
         style(axes, "").set_title(name, loc="left", fontsize=10, color=BLACK)
         (line,) = axes.plot(period * np.arange(len(values)), values, color=BLUE)
         dashes = axes.axhline(aim, color=VERMILLION, linestyle="--", zorder=1)
         last = values[len(values) // 2 :]
-        if last:
-            facts.append(f"{name}: in the second half between {min(last):.2f} and {max(last):.2f} m")
+        if len(last):
+            facts.append(f"{name}: in the second half between {last.min():.2f} and {last.max():.2f} m")
     drawn[-1].set_xlabel("Time (s)")
     picture.figure.supylabel("Distance (m)", fontsize="medium")
     if series:

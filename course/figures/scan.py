@@ -1,6 +1,5 @@
 """The figure of a laser scan: the distances, the sectors, and the robot's decision."""
 
-import textwrap
 from collections.abc import Mapping
 from typing import Any, cast
 
@@ -8,14 +7,18 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 
-from course.figures.palette import BLACK, LINE, SECTORS, VERMILLION, Overlaid, legend, plain, style
+from course.errors import CourseError
+from course.figures.misuse import expect_action, positive
+from course.figures.palette import BLACK, SECTORS, VERMILLION, Overlaid, in_lines, legend, plain, style
 from course.figures.picture import Picture
+from course.foundation.calls import fitting
 from course.robot import sectors as course_sectors
 
 HEAD = "-|>,head_length=0.7,head_width=0.4"  # of an arrow
 
 
 @plain
+@fitting
 def sectors(
     scan: course_sectors.Scan,
     action: Mapping[str, float] | None = None,
@@ -25,15 +28,21 @@ def sectors(
     """Draw a sensor_msgs/LaserScan in polar coordinates, forward at the top and left at the left.
 
     The three sectors are shaded up to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an arrow:
-    forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.
+    forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.  Raises
+    CourseError for anything else in their places.
     """
+    if not all(hasattr(scan, name) for name in course_sectors.Scan.__annotations__):
+        raise CourseError(f"`sectors` draws a scan, a sensor_msgs/LaserScan, not {scan!r:.60}")
+    if action is not None:
+        expect_action(action)
+    reach = positive(reach, "reach", "sectors")
     ranges = course_sectors.usable(scan.ranges, scan.range_min, scan.range_max)
     angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
     seen = np.isfinite(ranges) & (ranges < reach)
     picture = Picture("sectors of a scan", 6.1)
     axes = cast(PolarAxes, picture.figure.add_subplot(projection="polar"))
     style(axes, "", "Direction (°), distance (m)")
-    picture.figure.suptitle(textwrap.fill(title, LINE), x=0.01, ha="left", fontsize=11, color=BLACK)
+    picture.figure.suptitle(in_lines(title), x=0.01, ha="left", fontsize=11, color=BLACK)
     axes.set_theta_zero_location("N")
     axes.set_ylim(0, reach)
     axes.tick_params(axis="x", pad=8)

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from contextlib import nullcontext
 from typing import TypeVar
 
+from course.errors import CourseError
+
 Found = TypeVar("Found")
 POLL = 0.01  # s between two looks at a state without events, such as the ROS graph or another process
 WOKEN = 0.1  # s between two looks when an event announces the change
@@ -33,7 +35,7 @@ def wait_until(
     `news` the condition is checked whenever `news` is notified, with its lock held; without, a hundred times a second.
     Without `alert` the `lookouts` are not called.
     """
-    end = time.monotonic() + timeout
+    end = time.monotonic() + time_limit(timeout)
     with news or nullcontext():
         while not (found := condition()):
             left = end - time.monotonic()
@@ -49,6 +51,16 @@ def wait_until(
         for tell in in_vain:
             tell()
     return found
+
+
+def time_limit(limit: float) -> float:
+    """Return the time limit of a wait; raises CourseError unless it is a number."""
+    try:
+        if limit == limit + 0.0:  # not NaN
+            return limit
+    except TypeError:
+        pass
+    raise CourseError(f"a time limit is a number of seconds, such as `timeout=5.0`, not {limit!r:.40}")
 
 
 class Lasting:

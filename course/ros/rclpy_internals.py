@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
-from rclpy._rclpy_pybind11 import NodeNameNonExistentError, RCLError
+from rclpy._rclpy_pybind11 import InvalidHandle, NodeNameNonExistentError, RCLError
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
@@ -28,7 +28,7 @@ if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no t
     from rclpy.parameter import Parameter
     from rclpy.task import Future
 
-__all__ = ["NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
+__all__ = ["InvalidHandle", "NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
 
 SEEN_IN = "7.1.6"  # the version of the wheel ros-jazzy-rclpy; the package calls itself 7.1.5
 
@@ -136,13 +136,18 @@ def watch_parameters(node: Node, watcher: Callable[[list[Parameter], SetParamete
     """
     original = node._set_parameters_atomically
 
+    watchers = [watcher]
+
     def watched(parameters: list[Parameter]) -> SetParametersResult:
         result = original(parameters)
-        watcher(parameters, result)
+        for each in watchers:
+            each(parameters, result)
         return result
 
     def end() -> None:
-        del node._set_parameters_atomically
+        watchers.clear()  # another watcher may stand on this one
+        if node._set_parameters_atomically is watched:
+            node._set_parameters_atomically = original  # type: ignore[method-assign]
 
     node._set_parameters_atomically = watched  # type: ignore[method-assign, assignment]
     return end

@@ -3,6 +3,7 @@
 Segments are an array of shape (n, 2, 2): n segments, two end points each, x and y (m).
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Pose = tuple[float, float, float]  # x (m), y (m), heading (rad): 0 looks along x, counter-clockwise positive
+MOST_ANGLE = 4.0 * math.pi  # rad: a larger one is taken for degrees
 
 
 def polyline(points: ArrayLike, closed: bool = False) -> Floats:

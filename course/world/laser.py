@@ -5,14 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from course.world.geometry import Floats, Pose, RayCaster
+from course.errors import WorldError
+from course.foundation.calls import is_number, is_whole
+from course.world.geometry import MOST_ANGLE, Floats, Pose, RayCaster
+
+MOST_BEAMS = 3600
 
 
 @dataclass(frozen=True)
 class Laser:
     """A scanner at the centre of the robot, with beams counter-clockwise from `angle_min`; 0 is straight ahead.
 
-    The default has 360 beams, one for each degree, and starts straight ahead.
+    The default has 360 beams, one for each degree, and starts straight ahead.  Raises WorldError for one that there
+    cannot be.
     """
 
     beams: int = 360
@@ -22,10 +27,23 @@ class Laser:
     range_max: float = 8.0  # m
     noise: float = 0.01  # m, standard deviation of a measured distance
 
+    def __post_init__(self) -> None:
+        if not is_whole(self.beams, 1, MOST_BEAMS):
+            raise WorldError(f"beams must be from 1 to {MOST_BEAMS}, a whole number, not {self.beams!r:.40}")
+        for name in ("angle_min", "angle_increment"):
+            if not is_number(getattr(self, name), -MOST_ANGLE, MOST_ANGLE):
+                raise WorldError(
+                    f"{name} must be an angle in rad (math.radians(180) is half a turn), not "
+                    f"{getattr(self, name)!r:.40}"
+                )
+        for name in ("range_min", "range_max", "noise"):
+            if not is_number(getattr(self, name), 0.0):
+                raise WorldError(f"{name} must be a distance (m), 0 or more, not {getattr(self, name)!r:.40}")
+
     @classmethod
     def turn(cls, beams: int = 360, angle_min: float = 0.0, **others: float) -> "Laser":
         """Return a scanner whose `beams` are spread evenly over one full turn; `others` are further fields."""
-        return cls(beams=beams, angle_min=angle_min, angle_increment=2.0 * np.pi / beams, **others)
+        return cls(beams=beams, angle_min=angle_min, angle_increment=2.0 * np.pi / (beams or 1), **others)
 
     @property
     def angles(self) -> Floats:

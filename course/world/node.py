@@ -28,8 +28,9 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from course.errors import NoDriver, WorldError
-from course.foundation.waiting import wait_until
-from course.ros.rclpy_internals import RCLError
+from course.foundation.calls import fitting, is_number
+from course.foundation.waiting import time_limit, wait_until
+from course.ros.rclpy_internals import InvalidHandle, RCLError
 from course.world.controls import LATCHED, Controls
 from course.world.geometry import Pose
 from course.world.laser import Laser
@@ -37,6 +38,7 @@ from course.world.lockstep import Barrier, Drive, Pace, tell_of_no_driver
 from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
+MOST_RATE = 1000.0  # Hz
 COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
 PATIENCE = 3.0  # s without a driver, after which the reader is told that a drive waits for one
@@ -83,8 +85,8 @@ class World(Node):
         )
         self._robot = robot or Robot()
         rate = self.declare_parameter("rate", 10.0).value
-        if not rate > 0.0:
-            raise WorldError(f"rate must be above 0 Hz, not {rate}")
+        if not 0.0 < rate <= MOST_RATE:
+            raise WorldError(f"rate must be above 0 Hz, at most {MOST_RATE:g} Hz, not {rate}")
         self._period = round(1e9 / rate)  # ns, so that ticks add up exactly
         self.fast = self.declare_parameter("fast", False).value
 
@@ -114,6 +116,7 @@ class World(Node):
 
         Simulated time goes on, because it must not jump backwards for nodes that use it.
         """
+        self._expect_running()
         with self._lock:
             self._room = room or self._room
             self._seed = self._seed if seed is None else seed
@@ -130,10 +133,18 @@ class World(Node):
 
     def drop(self, x: float, y: float) -> None:
         """Put a round obstacle at x, y (m), until the next `reset`; raises WorldError if the robot stands there."""
+        self._expect_running()
         with self._lock:
             self.simulation.drop(x, y)
         if self._controls:
             self._controls.show_walls()
+
+    def _expect_running(self) -> None:
+        """Raise WorldError once the node has been destroyed."""
+        try:
+            self.get_name()
+        except InvalidHandle:
+            raise WorldError("this world has been ended: start one again, such as `world = ros.start(World)`") from None
 
     @property
     def laser(self) -> Laser:
@@ -195,6 +206,7 @@ class World(Node):
 
     # Lockstep
 
+    @fitting
     def drive(
         self,
         seconds: float,
@@ -218,8 +230,18 @@ class World(Node):
         mode, and NoDriver if no driver (a publisher of `cmd_vel` and a subscriber of `scan`) is found within
         `find_within` s; with 0, no driver is needed.
         """
+        self._expect_running()
         if not self.fast:
-            raise WorldError("the world runs in real time: start it with the parameter fast:=true to drive it")
+            raise WorldError(
+                "the world runs in real time: to drive it, start it with parameters={'fast': True} (in a terminal: "
+                "-p fast:=true)"
+            )
+        if not is_number(seconds, 0.0):
+            raise WorldError(f"a drive lasts a number of seconds, such as 60.0, not {seconds!r:.40}")
+        if not (on_step is None or callable(on_step)):
+            raise WorldError(f"`on_step` is a function without arguments, such as `lambda: ...`, not {on_step!r:.40}")
+        for limit in (find_within, answer_within, math.inf if wall_limit is None else wall_limit):
+            time_limit(limit)
         end = time.monotonic() + (math.inf if wall_limit is None else wall_limit)
         if find_within > 0.0:
             self._find_driver(min(find_within, end - time.monotonic()), alive)

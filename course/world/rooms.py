@@ -36,6 +36,8 @@ class Room:
 
         Raises WorldError for any other key, and for a number that is missing, infinite or not a number.
         """
+        if not isinstance(data, Mapping):
+            raise WorldError(f"a room is made from a dict, such as {{'boxes': [[0, 0, 8, 6]]}}, not from {data!r:.40}")
         unknown = set(data) - {"name", "description", "start", *PARTS}
         if unknown:
             raise WorldError(f"a room has no setting called {', '.join(sorted(unknown))}")
@@ -51,6 +53,8 @@ class Room:
         together = np.concatenate([np.empty((0, 2, 2)), *segments])
         if not np.isfinite(together).all() or not np.isfinite([x, y, heading]).all():
             raise WorldError(f"room '{name}': every coordinate must be a finite number")
+        if abs(heading) > geometry.MOST_ANGLE:
+            raise WorldError(f"room '{name}': the heading at the start is an angle in rad, not {heading}")
         together.setflags(write=False)
         return cls(name, together, (x, y, heading), str(data.get("description", "")))
 
@@ -63,9 +67,14 @@ class Room:
 
 
 def load(path: str | Path) -> Room:
-    """Return the room in a JSON file (see `Room.from_data`); raises OSError for an unreadable file, else ValueError."""
+    """Return the room in a JSON file (see `Room.from_data`); raises WorldError for a file that has none."""
     path = Path(path)
-    data = json.loads(path.read_text(encoding="utf-8"))
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise WorldError(f"the room's file {path} cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise WorldError(f"the room's file {path} is not JSON: {error}") from error
     if not isinstance(data, dict):
         raise WorldError(f"{path}: a room is a JSON object")
     return Room.from_data({"name": path.stem, **data})
@@ -80,6 +89,8 @@ def find(room: str | Path | Room) -> Room:
         return room
     if str(room).endswith(".json"):
         return load(room)
+    if isinstance(room, Mapping):
+        raise WorldError("a room is made from a dict by `Room.from_data(...)`: give what this returns")
     name = str(room)
     if name not in ROOMS:
         raise WorldError(f"there is no room '{name}': choose one of {', '.join(ROOMS)}, or a .json file")

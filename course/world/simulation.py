@@ -2,13 +2,15 @@
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from course.errors import WorldError
-from course.world.geometry import Floats, Pose, RayCaster, circle, clearance, nearest_point
+from course.foundation.calls import is_number, is_whole
+from course.world.geometry import MOST_ANGLE, Floats, Pose, RayCaster, circle, clearance, nearest_point
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
@@ -79,12 +81,18 @@ class Simulation:
     ) -> None:
         """Put the robot at the start of `room` (a name, the path of a .json file or a Room).
 
-        Raises WorldError if there is no such room, or the robot touches an obstacle at its start.
+        Raises WorldError if there is no such room, if the robot touches an obstacle at its start, and for anything else
+        in the place of the others.
         """
         self.room = find(room)
-        self.laser = laser or Laser()
-        self.robot = robot or Robot()
+        self.laser = Laser() if laser is None else laser
+        self.robot = Robot() if robot is None else robot
         self.seed = seed
+        for each, kind, usual in ((self.laser, Laser, "Laser(beams=180)"), (self.robot, Robot, "Robot(radius=0.2)")):
+            if not isinstance(each, kind):
+                raise WorldError(f"a simulation takes a {kind.__name__.lower()}, such as `{usual}`, not {each!r:.40}")
+        if not is_whole(seed, 0):
+            raise WorldError(f"`seed` is a whole number, 0 or more, not {seed!r:.40}")
         self._caster = RayCaster(self.room.segments)
         if self._clearance(self.room.start) <= self.robot.radius:
             raise WorldError(f"room '{self.room.name}': the robot touches an obstacle at its start")
@@ -109,9 +117,9 @@ class Simulation:
 
         Raises WorldError if it would touch an obstacle or be outside the room, and for a number that is not finite.
         """
+        if np.shape(pose) != (3,) or not all(map(is_number, pose)) or abs(pose[2]) > MOST_ANGLE:
+            raise WorldError(f"a pose is three finite numbers, x (m), y (m) and heading (rad), not {pose!r:.60}")
         x, y, heading = pose
-        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(heading)):
-            raise WorldError("a pose is three finite numbers: x (m), y (m) and heading (rad)")
         if obstacle := in_the_way((x, y), self.robot.radius, self.room.segments):
             raise WorldError(f"the robot cannot stand at x={x:.2f} m, y={y:.2f} m: {obstacle}")
         self.pose, self.velocity, self.touching = (x, y, math.remainder(heading, 2.0 * math.pi)), (0.0, 0.0), False
@@ -122,8 +130,8 @@ class Simulation:
 
         Raises WorldError if the robot stands there, and for a number that is not finite.
         """
-        if not (math.isfinite(x) and math.isfinite(y)):
-            raise WorldError("a point is two finite numbers: x (m) and y (m)")
+        if not (is_number(x) and is_number(y) and is_number(radius, 0.0)):
+            raise WorldError("an obstacle has finite numbers: x (m), y (m) and its radius (m)")
         if math.dist((x, y), self.pose[:2]) <= radius + self.robot.radius:
             raise WorldError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: the robot stands there")
         self.room = replace(self.room, segments=np.concatenate([self.room.segments, circle(x, y, radius)]))
@@ -136,8 +144,14 @@ class Simulation:
     def nearest(self, begin: float, end: float) -> float:
         """Return the distance (m) from the robot's middle to the nearest obstacle between two angles (degrees).
 
-        It is the true distance, not a measurement; `inf` if there is no obstacle.
+        It is the true distance, not a measurement; `inf` if there is no obstacle.  Raises WorldError unless the first
+        angle is the smaller one.
         """
+        if not (is_number(begin) and is_number(end) and begin <= end):
+            raise WorldError(
+                f"`nearest` takes two angles in degrees, counter-clockwise, the smaller one first, such as "
+                f"`nearest(-30, 30)`, not {begin!r:.20} and {end!r:.20}"
+            )
         x, y, heading = self.pose
         angles = heading + np.radians(np.arange(begin, end + 0.5, 1.0))
         return float(self._caster.distances((x, y), angles).min())
@@ -146,8 +160,13 @@ class Simulation:
         """Drive at the commanded speeds (m/s, rad/s) for `duration` s.
 
         The robot stops before it would touch an obstacle, and can turn or drive away from there.  Returns the collision
-        that began in this step, or None.
+        that began in this step, or None.  Raises WorldError for anything but numbers, and for a negative duration.
         """
+        if not is_number(duration, 0.0):
+            raise WorldError(f"`duration` is a number of seconds, 0 or more, not {duration!r:.40}")
+        command: tuple[object, ...] = linear, angular
+        if not all(isinstance(speed, Real) for speed in command):
+            raise WorldError(f"the robot is driven by two numbers (m/s, rad/s), not {linear!r:.40} and {angular!r:.40}")
         linear, angular = self.robot.limit(linear, angular)
         pieces = max(1, math.ceil(duration / MAX_STEP - 1e-9))
         begun, moved = None, 0.0

@@ -136,7 +136,7 @@ class Goal(GoalRecorder):
         self.ended = threading.Event()
         self.cancel_unanswered = threading.Event()
 
-    def add(self, **values: object) -> None:
+    def add(self, *nameless: object, **values: object) -> None:
         """Add an event to the exchange; nothing is kept here."""
         event = str(values["event"])
         if event == "cancel":

@@ -1,0 +1,43 @@
+"""Calls of the course's functions that do not fit: an argument is missing, superfluous or not a number."""
+
+import functools
+import inspect
+import math
+from collections.abc import Callable
+from numbers import Integral, Real
+from typing import ParamSpec, TypeVar
+
+from course.errors import CourseError
+
+Given = ParamSpec("Given")
+Got = TypeVar("Got")
+
+
+def fitting(function: Callable[Given, Got]) -> Callable[Given, Got]:
+    """A decorator: a call that does not fit raises CourseError, which names the arguments that there are."""
+
+    @functools.wraps(function)
+    def call(*args: Given.args, **kwargs: Given.kwargs) -> Got:
+        try:
+            return function(*args, **kwargs)
+        except TypeError:
+            form = inspect.signature(function)
+            try:
+                form.bind(*args, **kwargs)
+            except TypeError as error:
+                name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+                names = ", ".join(each for each in form.parameters if each != "self")
+                raise CourseError(f"`{name}`: {error}. Its arguments are: {names}") from None
+            raise
+
+    return call
+
+
+def is_number(value: object, low: float = -math.inf, high: float = math.inf) -> bool:
+    """Return True for a finite number from `low` to `high`."""
+    return isinstance(value, Real) and math.isfinite(value) and low <= float(value) <= high
+
+
+def is_whole(value: object, low: float = -math.inf, high: float = math.inf) -> bool:
+    """Return True for a whole number from `low` to `high`."""
+    return not isinstance(value, bool) and isinstance(value, Integral) and low <= int(value) <= high
