@@ -9,9 +9,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from inspect import signature
 from operator import attrgetter
-from typing import Any, Protocol, Self, cast
+from typing import Any, NoReturn, Protocol, Self, cast
 from weakref import WeakSet
 
 from action_msgs.msg import GoalStatus
@@ -25,7 +24,7 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CourseError, NodeFailed
-from course.foundation.calls import fitting, is_whole
+from course.foundation.calls import fitting, is_whole, takes
 from course.foundation.waiting import Lasting, ask_lookouts, time_limit, wait_until
 from course.ros.rclpy_internals import (
     InvalidHandle,
@@ -89,6 +88,11 @@ class Recorder:
     def __len__(self) -> int:
         return len(self._rows)
 
+    def __getitem__(self, column: object) -> NoReturn:
+        """Raise CourseError: the columns are in the table."""
+        name = column if column in self.columns else self.columns[-1]
+        raise CourseError(f"the columns of a recorder are in its table: write `.table()[{name!r}]`")
+
     @fitting
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
         """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s.
@@ -105,17 +109,7 @@ class Recorder:
 
 def _expect_wanted(wanted: object) -> None:
     """Raise CourseError for what a recorder cannot wait for."""
-    fits = is_whole(wanted)
-    if callable(wanted):
-        try:
-            signature(wanted).bind({})
-        except TypeError:
-            fits = False
-        except ValueError:  # written in C
-            fits = True
-        else:
-            fits = True
-    if not fits:
+    if not (is_whole(wanted) or takes(wanted, {})):
         raise CourseError(
             "`wait_for` waits for a number of rows, as in `wait_for(3)`, or until a function of the table is true, as "
             f"in `wait_for(lambda table: 7 in table['angle'])`, not for {wanted!r:.40}"
@@ -181,11 +175,14 @@ class TopicRecorder(Recorder):
 
 def _field(msg_type: type, field: object) -> Callable[[Any], object]:
     """Return the function that reads a field of a message; raises CourseError if the message does not have it."""
-    if callable(field):
-        return field
     name = msg_type.__name__
+    if callable(field) and takes(field, None):
+        return field
     if not isinstance(field, str):
-        raise CourseError(f"a column holds a field of {name} by its name, or a function's value, not {field!r:.40}")
+        raise CourseError(
+            f"a column holds a field of {name} by its name, or what a function of the message returns, such as "
+            f"`lambda message: ...`, not {field!r:.40}"
+        )
     value: Any = msg_type()
     for word in field.split("."):
         if word not in getattr(value, "get_fields_and_field_types", dict)():

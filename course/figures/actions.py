@@ -83,8 +83,15 @@ def timeline(
         raise CourseError(
             "`timeline` draws one recorder after the other: write a star before a list, `timeline(*goals)`"
         )
+    if not goals:
+        raise CourseError("`timeline` draws recorders, one after the other, such as `timeline(goal)`")
     for goal in goals:
         expect_recorder(goal, "timeline", "event")
+        if unknown := {str(event) for event in goal.table()["event"]} - {*EVENTS}:
+            raise CourseError(
+                f"`timeline` has no mark for the event {', '.join(sorted(map(repr, unknown)))}: its events are "
+                f"{', '.join(EVENTS)}"
+            )
     if isinstance(labels, str) or (labels and len(labels) != len(goals)):
         one = len(goals) == 1
         raise CourseError(

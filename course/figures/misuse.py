@@ -15,6 +15,9 @@ def expect_recorder(given: object, figure: str, *columns: str) -> None:
     if not isinstance(given, Recorder):
         table = isinstance(given, Mapping) and "time" in given
         how = " Give it the recorder itself, without `.table()`" if table else ""
+        own = [name for name, value in getattr(given, "__dict__", {}).items() if isinstance(value, Recorder)]
+        if own and not own[0].startswith("_"):
+            how = f" Give it its recorder, `.{own[0]}`"
         raise CourseError(f"`{figure}` draws a recorder, not {given!r:.40}.{how}".removesuffix("."))
     if missing := [column for column in columns if column not in given.columns]:
         raise CourseError(
@@ -56,7 +59,7 @@ def numbers(
             array = np.empty((0, 0))
         if array.ndim != 1:
             raise CourseError(f"`{figure}` draws a list of numbers for each name, and {name!r} has {values!r:.40}")
-        if not np.isfinite(array).all() if finite else np.isnan(array).any():
+        if finite and not np.isfinite(array).all():
             raise CourseError(f"`{figure}` cannot draw {name!r}: {array[~np.isfinite(array)][0]} is among its numbers")
     return found
 

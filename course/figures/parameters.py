@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 
 from course.errors import CourseError
-from course.figures.misuse import expect_recorder
+from course.figures.misuse import expect_recorder, numbers
 from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
 from course.foundation.calls import fitting, is_number
@@ -55,6 +55,7 @@ def changes(
         )
     if beside is not None:
         expect_recorder(beside, "changes")
+        numbers(dict(list(beside.table().items())[1:]), "changes", finite=False)
     table = record.table()
     rows = [
         (time, value, accepted, reason)
@@ -63,6 +64,8 @@ def changes(
     ]
     if not rows and table["name"]:
         raise CourseError(f"this record has no parameter {name!r}: it has {', '.join(sorted({*table['name']}))}")
+    if strange := [value for _, value, ok, _ in rows if ok and not isinstance(value, int | float)]:
+        raise CourseError(f"`changes` draws numbers, and {name!r} has the value {strange[0]!r:.40}")
     at_start = name in table["name"][: record.at_start] if isinstance(record, ParameterRecorder) else False
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     sets = accepted[at_start:]

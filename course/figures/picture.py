@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from course.errors import CourseError
 from course.figures.misuse import expect_recorder, positive
 from course.figures.palette import GROUND, plain
-from course.foundation.calls import fitting
+from course.foundation.calls import fitting, takes
 from course.foundation.waiting import wait_until
 from course.recorders import Recorder
 
@@ -49,9 +49,13 @@ class Picture:
         self.alt = f"{title.rstrip('.')}. " + " ".join(f"{fact}." for fact in facts if fact)
 
     @plain
+    @fitting
     def save(self, path: str | Path) -> None:
-        """Write the figure to a file, in the format that the file's ending names."""
-        self.figure.savefig(path, dpi=150)
+        """Write the figure to a file, in the format that the file's ending names; raises CourseError if that fails."""
+        try:
+            self.figure.savefig(path, dpi=150)
+        except (OSError, TypeError, ValueError) as error:
+            raise CourseError(f"the figure cannot be saved as {path!r:.60}: {error}") from error
 
 
 class Live:
@@ -79,10 +83,10 @@ class Live:
         """
         if not self._begun:
             raise CourseError("nothing is shown yet: write `with live(figure, recorder) as shown:`, and wait below it")
-        if not callable(condition):
+        if not takes(condition):
             raise CourseError(
-                f"`wait` takes a function that it can call again and again, not {condition!r:.40}: write `lambda:` "
-                "before the condition"
+                "`wait` takes a function without arguments that it can call again and again, not "
+                f"{condition!r:.40}: write `lambda:` before the condition"
             )
 
         def done() -> bool:
@@ -121,6 +125,10 @@ def live(figure: Callable[[Recorder], Picture | None], recorder: Recorder, rate:
     """
     if isinstance(figure, Recorder):
         raise CourseError("first the function that draws, then the recorder: write `live(feedback, recorder)`")
+    if callable(figure) and not takes(figure, recorder):
+        raise CourseError(
+            "`live` gives the recorder to the function that draws: it takes one argument, as in `lambda record: ...`"
+        )
     if not callable(figure):
         raise CourseError(
             f"`live` calls the function that draws again and again, and this is {figure!r:.40}: write the function's "

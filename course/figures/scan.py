@@ -31,8 +31,16 @@ def sectors(
     forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.  Raises
     CourseError for anything else in their places.
     """
-    if not all(hasattr(scan, name) for name in course_sectors.Scan.__annotations__):
+    if isinstance(scan, type) or not all(hasattr(scan, name) for name in course_sectors.Scan.__annotations__):
         raise CourseError(f"`sectors` draws a scan, a sensor_msgs/LaserScan, not {scan!r:.60}")
+    count, step = len(np.atleast_1d(scan.ranges)), abs(scan.angle_increment)
+    if not scan.range_max > scan.range_min:
+        raise CourseError("this scan measures nothing: its `range_max` (m) must be above its `range_min` (m)")
+    if count > 1 and not 0.0 < step * (count - 1) <= 2.0 * np.pi + step:
+        raise CourseError(
+            f"the {count} beams of this scan are {step:g} rad apart, its `angle_increment`: they must be spread over "
+            "one turn at most, 2π rad"
+        )
     if action is not None:
         expect_action(action)
     reach = positive(reach, "reach", "sectors")

@@ -1,5 +1,6 @@
 """Calls of the course's functions that do not fit: an argument is missing, superfluous or not a number."""
 
+import contextlib
 import functools
 import inspect
 import math
@@ -31,6 +32,18 @@ def fitting(function: Callable[Given, Got]) -> Callable[Given, Got]:
             raise
 
     return call
+
+
+def takes(function: object, *args: object) -> bool:
+    """Return True for a function that may be called with these arguments."""
+    if not callable(function):
+        return False
+    with contextlib.suppress(ValueError):  # of a function without a signature, which is written in C
+        try:
+            inspect.signature(function).bind(*args)
+        except TypeError:
+            return False
+    return True
 
 
 def is_number(value: object, low: float = -math.inf, high: float = math.inf) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from course.errors import CourseError
 from course.robot.sectors import wrap
 
 AHEAD = math.radians(100.0)  # rad to both sides: directions in which it may steer
@@ -23,8 +24,15 @@ class GoodDriver:
         Args:
             laser_data: a dict with 'ranges', the distances (m, finite) at angles that are spread evenly over a turn,
                 the first one straight ahead, counter-clockwise.
+
+        Raises CourseError for distances that are not finite.
         """
         ranges = np.asarray(laser_data["ranges"], dtype=float)
+        if not ranges.size or not np.isfinite(ranges).all():
+            raise CourseError(
+                "the good driver needs distances that are finite: `np.clip(scan.ranges, 0.0, 3.0)` cuts those of free "
+                "beams, which are infinite"
+            )
         angles = wrap(2.0 * np.pi * np.arange(len(ranges)) / len(ranges))
         ahead = np.abs(angles) <= AHEAD
         weights = ranges**2 * np.cos(angles / 2.0)

@@ -623,6 +623,16 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("`rclpy.init()` must be called before a node is made."),
     ),
     (
+        r"'LiveNode' object has no attribute '",
+        _says("What `ros.start` returns is a handle of the node. The node itself is its `.node`."),
+    ),
+    (
+        r"'Session' object has no attribute '(\w+)'",
+        lambda found, source: (
+            "`ros` is the session, and its node is `ros.node`: write this here." if hasattr(Node, found[1]) else ""
+        ),
+    ),
+    (
         r"Context\.init\(\) must only be called once",
         _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
     ),

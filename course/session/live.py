@@ -50,6 +50,7 @@ from course.session.matching import (
 from course.session.misuse import (
     condition_of,
     expect_name,
+    expect_of_a_class,
     expect_of_a_file,
     expect_parameters,
     expect_request,
@@ -169,7 +170,11 @@ class Session:
         if isinstance(what, (str, Path)):
             expect_of_a_file(str(what), threads, kwargs)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
-        handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
+        try:
+            handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)
+        except TypeError as error:
+            expect_of_a_class(what, kwargs, error)
+            raise
         given = [each.__code__ for each in kwargs.values() if isinstance(each, LambdaType)]
         lambdas = [code.co_filename for code in given if code.co_name == "<lambda>" and is_cell(code.co_filename)]
         for text in dict.fromkeys([cell_of(what), *("".join(getlines(cell)) for cell in lambdas)]):

@@ -1,6 +1,7 @@
 """Checks of what a cell gives to a session: what stands in the place of something else is told at once."""
 
 import inspect
+import re
 from collections.abc import Callable, Mapping
 from numbers import Real
 from types import BuiltinMethodType
@@ -95,6 +96,16 @@ def expect_of_a_file(file: str, threads: int, fields: Mapping[str, object]) -> N
             f"`threads` is for a class in this notebook. A file's program makes its executor itself: "
             f"MultiThreadedExecutor(num_threads={threads})"
         )
+
+
+def expect_of_a_class(cls: type, fields: Mapping[str, object], error: TypeError) -> None:
+    """Raise LiveError if `error` says that the class does not take one of the arguments with a name."""
+    found = re.search(r"__init__\(\) got an unexpected keyword argument '(\w+)'", str(error))
+    if found and found[1] in fields and found[1] not in inspect.signature(cls).parameters:
+        raise LiveError(
+            f"{cls.__name__} takes no argument {found[1]!r}. If it is a parameter of the node, write "
+            f"ros.start({cls.__name__}, parameters={{{found[1]!r}: {fields[found[1]]!r}}})"
+        ) from None
 
 
 def expect_parameters(parameters: object) -> None:

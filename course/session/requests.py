@@ -40,6 +40,13 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
             whole = known[name] in ("double", "float") and isinstance(value, int)
             setattr(request, name, float(value) if whole else value)  # type: ignore[arg-type]
         except (AssertionError, TypeError, ValueError) as error:
+            if any(
+                hasattr(each, "to_parameter_msg") for each in (value if isinstance(value, list | tuple) else [value])
+            ):
+                raise LiveError(
+                    f"{srv_type.__name__}.{name} holds messages, and this is a parameter of rclpy: write "
+                    "`.to_parameter_msg()` behind it, as in [Parameter('max_speed', value=2.0).to_parameter_msg()]"
+                ) from None
             plain = "field must be of type" in str(error)  # repeats the message
             why = f"which is a {type(value).__name__}" if plain else error
             kind = type_name(known[name])

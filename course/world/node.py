@@ -28,7 +28,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
 from course.errors import NoDriver, WorldError
-from course.foundation.calls import fitting, is_number
+from course.foundation.calls import fitting, is_number, takes
 from course.foundation.waiting import time_limit, wait_until
 from course.ros.rclpy_internals import InvalidHandle, RCLError
 from course.world.controls import LATCHED, Controls
@@ -238,7 +238,7 @@ class World(Node):
             )
         if not is_number(seconds, 0.0):
             raise WorldError(f"a drive lasts a number of seconds, such as 60.0, not {seconds!r:.40}")
-        if not (on_step is None or callable(on_step)):
+        if not (on_step is None or takes(on_step)):
             raise WorldError(f"`on_step` is a function without arguments, such as `lambda: ...`, not {on_step!r:.40}")
         for limit in (find_within, answer_within, math.inf if wall_limit is None else wall_limit):
             time_limit(limit)

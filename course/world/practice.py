@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from course.errors import WorldError
-from course.foundation.calls import fitting, is_number, is_whole
+from course.foundation.calls import fitting, is_number, is_whole, takes
 from course.robot.sectors import Scan
 from course.world.laser import Laser
 from course.world.rooms import Room
@@ -41,7 +41,7 @@ def practise(
     aside, so that there are examples of getting out of a bad place.  The same `seed` gives the same examples.  Raises
     WorldError if there is no such room, and for anything else in the place of an argument or of a decision.
     """
-    if not hasattr(driver, "decide_action") or not callable(look):
+    if not hasattr(driver, "decide_action") or not takes(look, None):
         raise WorldError(
             "`practise` takes a driver with `decide_action`, and then a function of a scan, as in "
             f"`practise(GoodDriver(), look, rooms=['hall'])`, not {driver!r:.40} and {look!r:.40}"

@@ -1,7 +1,7 @@
 """The rooms that the robot drives in, and a way to make others from plain data."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,13 @@ from course.errors import WorldError
 from course.world import geometry
 from course.world.geometry import Floats, Pose
 
-PARTS = ("boxes", "circles", "polygons", "walls")
+# Each part of a room: what it looks like in a room's data, and the segments of one of it.
+PARTS: dict[str, tuple[str, Callable[[Any], Floats]]] = {
+    "boxes": ("[[x_min, y_min, x_max, y_max], ...]", lambda sides: geometry.box(*sides)),
+    "circles": ("[[x, y, radius], ...]", lambda circle: geometry.circle(*circle)),
+    "polygons": ("[[[x, y], [x, y], ...], ...]", lambda points: geometry.polyline(points, closed=True)),
+    "walls": ("[[[x, y], [x, y], ...], ...]", geometry.polyline),
+}
 
 
 @dataclass(frozen=True)
@@ -42,14 +48,16 @@ class Room:
         if unknown:
             raise WorldError(f"a room has no setting called {', '.join(sorted(unknown))}")
         name = str(data.get("name", "room"))
+        segments: list[Floats] = []
+        for part, (form, make) in PARTS.items():
+            try:
+                segments += [make(each) for each in data.get(part, ())]
+            except (TypeError, ValueError) as error:
+                raise WorldError(f"room '{name}': `{part}` is {form}: {error}") from error
         try:
-            segments = [geometry.box(*sides) for sides in data.get("boxes", ())]
-            segments += [geometry.circle(*round_one) for round_one in data.get("circles", ())]
-            segments += [geometry.polyline(points, closed=True) for points in data.get("polygons", ())]
-            segments += [geometry.polyline(points) for points in data.get("walls", ())]
             x, y, heading = (float(value) for value in data.get("start", (0.0, 0.0, 0.0)))
         except (TypeError, ValueError) as error:
-            raise WorldError(f"room '{name}': {error}") from error
+            raise WorldError(f"room '{name}': `start` is [x, y, heading]: {error}") from error
         together = np.concatenate([np.empty((0, 2, 2)), *segments])
         if not np.isfinite(together).all() or not np.isfinite([x, y, heading]).all():
             raise WorldError(f"room '{name}': every coordinate must be a finite number")

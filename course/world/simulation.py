@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from course.errors import WorldError
-from course.foundation.calls import is_number, is_whole
+from course.foundation.calls import fitting, is_number, is_whole
 from course.world.geometry import MOST_ANGLE, Floats, Pose, RayCaster, circle, clearance, nearest_point
 from course.world.laser import Laser
 from course.world.rooms import Room, find
@@ -76,6 +76,7 @@ class Simulation:
     history.  The same room, laser, seed and commands always give the same numbers.
     """
 
+    @fitting
     def __init__(
         self, room: str | Path | Room = "hall", laser: Laser | None = None, robot: Robot | None = None, seed: int = 0
     ) -> None:
@@ -112,6 +113,7 @@ class Simulation:
     def _clearance(self, pose: Pose) -> float:
         return clearance(pose[:2], self.room.segments)
 
+    @fitting
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad), at rest; its history is kept.
 
@@ -125,6 +127,7 @@ class Simulation:
         self.pose, self.velocity, self.touching = (x, y, math.remainder(heading, 2.0 * math.pi)), (0.0, 0.0), False
         self._path.append((self.time, *self.pose))
 
+    @fitting
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
         """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation does not have it.
 
@@ -141,6 +144,7 @@ class Simulation:
         """Return the laser's measurement at the current pose (m, shape (beams,)); each call draws fresh noise."""
         return self.laser.measure(self._caster, self.pose, self._random)
 
+    @fitting
     def nearest(self, begin: float, end: float) -> float:
         """Return the distance (m) from the robot's middle to the nearest obstacle between two angles (degrees).
 
@@ -156,6 +160,7 @@ class Simulation:
         angles = heading + np.radians(np.arange(begin, end + 0.5, 1.0))
         return float(self._caster.distances((x, y), angles).min())
 
+    @fitting
     def step(self, linear: float, angular: float, duration: float) -> Collision | None:
         """Drive at the commanded speeds (m/s, rad/s) for `duration` s.
 

@@ -22,10 +22,21 @@ def goal():
     return record
 
 
-def sets():
+def sets(value=1.0):
     record = Recorder("name", "value", "accepted", "reason")
-    record.add(name="max_speed", value=1.0, accepted=True, reason="")
+    record.add(name="max_speed", value=value, accepted=True, reason="")
     return record
+
+
+def events(*names):
+    record = Recorder("event")
+    for name in names:
+        record.add(event=name)
+    return record
+
+
+def scan(increment):
+    return LaserScan(angle_increment=increment, range_min=0.1, range_max=8.0, ranges=[1.0] * 360)
 
 
 SCAN = LaserScan(angle_increment=math.pi / 2, range_min=0.1, range_max=8.0, ranges=[1.0] * 4)
@@ -72,6 +83,20 @@ WRONG = {
     "too many latencies": (lambda: figures.latencies({key: [0.1] for key in "abcde"}), "4 series at most"),
     "a list of round trips": (lambda: figures.round_trips([0.1, 0.2]), "a dict of names and numbers"),
     "too many round trips": (lambda: figures.round_trips({key: [0.1] for key in "abcde"}), "4 series at most"),
+    "no goal": (figures.timeline, "such as `timeline(goal)`"),
+    "a misspelt event": (lambda: figures.timeline(events("request", "respons")), "has no mark for the event 'respons'"),
+    "an arm": (lambda: figures.response(SimpleNamespace(track=track())), "Give it its recorder, `.track`"),
+    "a text's changes": (lambda: figures.changes(sets("a"), "max_speed"), "draws numbers, and 'max_speed' has the"),
+    "a list's changes": (lambda: figures.changes(sets([1.0, 2.0]), "max_speed"), "has the value [1.0, 2.0]"),
+    "words beside": (lambda: figures.changes(sets(), "max_speed", beside=events("a")), "'event' has ['a']"),
+    "live without a record": (lambda: figures.live(lambda: None, goal()), "as in `lambda record: ...`"),
+    "a scan's class": (lambda: figures.sectors(LaserScan), "a sensor_msgs/LaserScan, not <class"),
+    "a scan of nothing": (lambda: figures.sectors(LaserScan()), "`range_max` (m) must be above"),
+    "beams in degrees": (lambda: figures.sectors(scan(1.0)), "the 360 beams of this scan are 1 rad apart"),
+    "beams at one angle": (lambda: figures.sectors(scan(0.0)), "the 360 beams of this scan are 0 rad apart"),
+    "a file of no format": (lambda: figures.feedback(goal()).save("goal.abc"), "cannot be saved as 'goal.abc'"),
+    "a file in no folder": (lambda: figures.feedback(goal()).save("nowhere/goal.png"), "No such file"),
+    "no file": (lambda: figures.feedback(goal()).save(), "missing a required argument: 'path'"),
     "a title that is none": (lambda: figures.feedback(goal(), 3), "`title='...'`, not 3"),
     "a title of a drive that is none": (lambda: figures.drive(Simulation("hall"), None, 3), "`title='...'`, not 3"),
 }
@@ -105,6 +130,8 @@ def test_a_live_figure_needs_its_with_block_and_a_condition():
         shown.wait(lambda: True)
     with shown, pytest.raises(CourseError, match="write `lambda:` before the condition"):
         shown.wait(True)
+    with shown, pytest.raises(CourseError, match="a function without arguments"):
+        shown.wait(lambda track: len(track) > 3)
     with shown, pytest.raises(CourseError, match="a time limit is a number of seconds"):
         shown.wait(lambda: False, timeout="5")
 

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 from example_interfaces.srv import AddTwoInts
+from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.task import Future
 from std_srvs.srv import Trigger
 
@@ -68,6 +70,14 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.logs(3), "write ros.logs('name')"),
         (lambda ros: ros.logs("adder", until=lambda: True), "`until` is a text"),
         (lambda ros: ros.start("relay.py", a=40), "ros.start('relay.py', parameters={'a': 40})"),
+        (
+            lambda ros: ros.call("/add/set_parameters", SetParameters, parameters=[Parameter("a", value=1.0)]),
+            "write `.to_parameter_msg()` behind it",
+        ),
+        (
+            lambda ros: ros.call("/add/set_parameters", SetParameters, parameters=Parameter("a", value=1.0)),
+            "as in [Parameter('max_speed', value=2.0).to_parameter_msg()]",
+        ),
         (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
         (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
         (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "`timeout` is a number of seconds"),
@@ -83,6 +93,26 @@ def test_what_is_meant_is_written_out(session, wrong, told):
         wrong(session)
     assert told in str(error.value)
     assert session.call("add", AddTwoInts, a=1, b=2).sum == 3  # nothing was started or ended
+
+
+def test_an_argument_that_a_class_does_not_take_may_be_a_parameter(session):
+    class Plain(Node):
+        def __init__(self):
+            super().__init__("plain")
+
+    class Handed(Node):
+        def __init__(self, **kwargs):
+            super().__init__("handed", **kwargs)
+
+    class Taken(Node):
+        def __init__(self, max_speed):
+            super().__init__("taken", max_speed=max_speed)
+
+    for cls in (Plain, Handed):
+        with pytest.raises(LiveError, match=rf"ros\.start\({cls.__name__}, parameters=\{{'max_speed': 2\.0\}}\)"):
+            session.start(cls, max_speed=2.0)
+    with pytest.raises(TypeError, match="unexpected keyword argument 'max_speed'"):
+        session.start(Taken, max_speed=2.0)
 
 
 def test_a_file_without_its_ending_is_named_with_it(session, tmp_path):

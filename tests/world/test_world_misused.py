@@ -30,7 +30,7 @@ class Words:
 
 
 def look(scan):
-    return {"ranges": scan.ranges}
+    return {"ranges": scan.ranges.clip(0.0, 3.0)}
 
 
 def hall(**changes):
@@ -74,6 +74,15 @@ WRONG = {
     "no decision": (lambda: hall(driver=Mute()), "has returned None"),
     "half a decision": (lambda: hall(driver=Turns()), "has returned {'angular': 1.0}"),
     "a decision in words": (lambda: hall(driver=Words()), "not '0.3' and "),
+    "free beams": (lambda: hall(look=lambda scan: {"ranges": scan.ranges}), "the good driver needs distances that are"),
+    "no beam": (lambda: GoodDriver().decide_action({"ranges": []}), "the good driver needs distances that are finite"),
+    "a look at nothing": (lambda: hall(look=lambda: 3), "a function of a scan"),
+    "a command too few": (lambda: Simulation().step(0.3, 0.0), "missing a required argument: 'duration'"),
+    "a room of another name": (lambda: Simulation(rooms="hall"), "Its arguments are: room, laser, robot, seed"),
+    "one box": (lambda: Room.from_data({"boxes": [0, 0, 4, 4]}), "`boxes` is [[x_min, y_min, x_max, y_max], ...]"),
+    "no radius": (lambda: Room.from_data({"circles": [[1, 2]]}), "`circles` is [[x, y, radius], ...]"),
+    "no heading": (lambda: Room.from_data({"start": [1, 2]}), "`start` is [x, y, heading]"),
+    "walls in words": (lambda: Room.from_data({"walls": ["north"]}), "`walls` is [[[x, y], [x, y], ...], ...]"),
     "a scan of a room": (lambda: scan_of(Room.from_data({})), "`world.node.simulation`"),
 }
 
@@ -135,6 +144,7 @@ def test_a_drive_says_what_it_needs(ros):
         (lambda: world.drive(NAN), "not nan"),
         (lambda: world.drive(-1.0), "not -1.0"),
         (lambda: world.drive(1.0, on_step=3), "`on_step` is a function"),
+        (lambda: world.drive(1.0, on_step=lambda step: step), "`on_step` is a function"),
         (lambda: world.drive(1.0, answer_within="1"), "a time limit is a number of seconds"),
         (world.drive, "missing a required argument: 'seconds'"),
         (lambda: world.place((1.0, 2.0)), "heading (rad)"),
