@@ -242,11 +242,13 @@ class GoalRecorder(Recorder):
     def cancel(self) -> Future:
         """Ask the server to cancel the goal, and return the future of its answer.
 
-        Raises CourseError before a goal is sent, and before it has an answer.
+        Raises CourseError before a goal is sent, before it has an answer, and when it was rejected.
         """
         self._expect_goal()
         if self._handle is None:
             raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
+        if not self._handle.accepted:
+            raise CourseError("the goal was rejected: there is nothing to cancel")
         self.add(event="cancel")
         answer = self._handle.cancel_goal_async()
         answer.add_done_callback(self._on_cancel)

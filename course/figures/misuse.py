@@ -61,6 +61,10 @@ def numbers(
             raise CourseError(f"`{figure}` draws a list of numbers for each name, and {name!r} has {values!r:.40}")
         if finite and not np.isfinite(array).all():
             raise CourseError(f"`{figure}` cannot draw {name!r}: {array[~np.isfinite(array)][0]} is among its numbers")
+        if finite and (array < 0.0).any():
+            raise CourseError(
+                f"`{figure}` draws times, and {name!r} has {array[array < 0.0][0]:g}, which is below zero"
+            )
     return found
 
 

@@ -64,7 +64,7 @@ class Live:
     The main thread draws it, in `wait`, at most `rate` times a second; the nodes' callbacks only collect data.
     """
 
-    def __init__(self, draw: Callable[[], Picture], recorder: Recorder, rate: float = 8.0) -> None:
+    def __init__(self, draw: Callable[[], Picture | Figure], recorder: Recorder, rate: float = 8.0) -> None:
         self._draw, self._recorder, self._pause = draw, recorder, 1.0 / rate
         self._shown: DisplayHandle | None = None
         self._begun = False
@@ -102,7 +102,8 @@ class Live:
         self._rows = len(self._recorder)
         if self._shown is not None:  # None outside IPython
             picture = self._draw()
-            picture.sharpness = sharpness
+            if isinstance(picture, Picture):
+                picture.sharpness = sharpness
             self._shown.update(picture)
         self._drawn = time.monotonic()
 
@@ -118,7 +119,7 @@ class Live:
 
 
 @fitting
-def live(figure: Callable[[Recorder], Picture | None], recorder: Recorder, rate: float = 8.0) -> Live:
+def live(figure: Callable[[Recorder], object], recorder: Recorder, rate: float = 8.0) -> Live:
     """Show `figure(recorder)`, and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`.
 
     Raises CourseError for anything but a function and a recorder, and when the function returns no figure.
@@ -136,10 +137,12 @@ def live(figure: Callable[[Recorder], Picture | None], recorder: Recorder, rate:
         )
     expect_recorder(recorder, "live")
 
-    def draw() -> Picture:
+    def draw() -> Picture | Figure:
         drawn = figure(recorder)
-        if drawn is None:
-            raise CourseError("the function that `live` calls returns None: it must return the figure that it makes")
+        if not isinstance(drawn, Picture | Figure):
+            raise CourseError(
+                f"the function that `live` calls returns {drawn!r:.40}: it must return the figure that it makes"
+            )
         return drawn
 
     return Live(draw, recorder, positive(rate, "rate", "live"))

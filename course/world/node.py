@@ -111,6 +111,7 @@ class World(Node):
         self._tell_watchers()
         self.get_logger().info(f"World started in room '{self.simulation.room.name}'")
 
+    @fitting
     def reset(self, room: str | Path | Room | None = None, seed: int | None = None) -> None:
         """Put the robot at the start of `room`, at rest and without history; by default room and seed are kept.
 
@@ -126,11 +127,13 @@ class World(Node):
         if self._controls:
             self._controls.show_walls()
 
+    @fitting
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad); raises WorldError if it cannot stand there."""
         with self._lock:
             self.simulation.place(pose)
 
+    @fitting
     def drop(self, x: float, y: float) -> None:
         """Put a round obstacle at x, y (m), until the next `reset`; raises WorldError if the robot stands there."""
         self._expect_running()
@@ -153,6 +156,8 @@ class World(Node):
 
     @laser.setter
     def laser(self, laser: Laser) -> None:
+        self._expect_running()
+        Simulation(self._room, laser, self._robot)  # raises
         with self._lock:
             self._laser = self.simulation.laser = laser
 

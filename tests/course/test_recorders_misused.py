@@ -99,6 +99,14 @@ def test_events_that_did_not_occur_are_counted(given):
     assert given.goal.time_of("canceled") is None
 
 
+def test_a_rejected_goal_is_not_cancelled(given, capsys):
+    goal = GoalRecorder(given.client).send(Fibonacci.Goal(order=-1))
+    assert goal.wait_end() == "rejected"
+    with pytest.raises(CourseError, match="the goal was rejected"):
+        goal.cancel()
+    assert not capsys.readouterr().err
+
+
 def test_an_event_of_ones_own_is_found(given):
     goal = GoalRecorder(given.client)
     goal.add(event="thought")

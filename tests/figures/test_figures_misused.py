@@ -55,6 +55,8 @@ WRONG = {
     "live without a recorder": (lambda: figures.live(figures.feedback), "missing a required argument: 'recorder'"),
     "live of a table": (lambda: figures.live(figures.feedback, goal().table()), "without `.table()`"),
     "live, never redrawn": (lambda: figures.live(figures.feedback, goal(), rate=0), "a number above 0 for `rate`"),
+    "live of a text": (lambda: figures.live(lambda record: "a", goal()).__enter__(), "returns 'a': it must return the"),
+    "latencies below zero": (lambda: figures.latencies({"rule": [0.1, -0.2]}), "'rule' has -0.2, which is below zero"),
     "live of nothing": (lambda: figures.live(print, goal()).__enter__(), "must return the figure"),
     "changes, swapped": (lambda: figures.changes("max_speed", sets()), "`changes(sets, 'max_speed')`"),
     "changes of all": (lambda: figures.changes(sets()), "missing a required argument: 'name'"),

@@ -148,6 +148,10 @@ def test_a_drive_says_what_it_needs(ros):
         (lambda: world.drive(1.0, answer_within="1"), "a time limit is a number of seconds"),
         (world.drive, "missing a required argument: 'seconds'"),
         (lambda: world.place((1.0, 2.0)), "heading (rad)"),
+        (lambda: world.place(1.0, 2.0, 0.0), "Its arguments are: pose"),
+        (lambda: world.drop((1.0, 2.0)), "missing a required argument: 'y'"),
+        (lambda: world.reset(rooms="hall"), "Its arguments are: room, seed"),
+        (lambda: setattr(world, "laser", 90), "`Laser(beams=180)`, not 90"),
         (lambda: world.reset(seed=-1), "`seed` is a whole number"),
         (lambda: scan_of(world), "`world.node.simulation`"),
     ):
