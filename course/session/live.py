@@ -468,7 +468,8 @@ class Session:
         def tell() -> None:
             if len(spinner.reports) > len(told):
                 told.append(spinner.reports[-1])
-                self.watch.notice(str(told[-1]))
+                if told[-1].frames:  # of the reader's code
+                    self.watch.notice(str(told[-1]))
 
         told: list[FailureReport] = []
         spinner = Spinner(self.node, changed=tell, who="ros.node")

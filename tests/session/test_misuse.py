@@ -11,6 +11,7 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
+from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError, NodeFailed
@@ -231,3 +232,25 @@ def test_a_program_that_was_killed_is_told_again(session, tmp_path):
     for _ in range(2):
         with pytest.raises(NodeFailed, match="SIGKILL"):
             session.call("tell", Trigger, timeout=3.0)
+
+
+def test_an_exception_in_a_callback_of_the_sessions_own_node_is_told_once(session):
+    heard = []
+
+    def hear(message):
+        heard.append(message)
+        raise ValueError("no such number")
+
+    publisher = session.node.create_publisher(Int32, "numbers", 10)
+    listener = session.node.create_subscription(Int32, "numbers", hear, 10)
+    assert session.until(lambda: publisher.get_subscription_count() == 1)
+    told = []
+    for count in (1, 2, 3):
+        publisher.publish(Int32(data=count))
+        assert session.until(lambda wanted=count: len(heard) == wanted)
+        if count == 1:
+            assert session.until(lambda: told.extend(session.watch.notices()) or told)
+    assert session.until(lambda: len(session._spinner.errors) == 3)
+    session.node.destroy_subscription(listener)
+    assert "ros.node raised an exception in a callback: ValueError: no such number" in told[0]
+    assert len(told) == 1 and not session.watch.notices()
