@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from course.errors import ExerciseError
+from course.foundation.syntax import syntax_tree
 from course.session.domains import claim_domain
 from course.session.failure_report import Frame
 from course.session.source import calls
@@ -115,7 +116,7 @@ def try_tests(file: str | Path, tests: str, timeout: float = USUAL) -> Trial:
             "put it below `if __name__ == '__main__':`"
         )
     try:
-        ast.parse(tests)
+        syntax_tree(tests)
     except SyntaxError as error:
         raise ExerciseError(f"the tests, line {error.lineno}: {error.msg}") from None
     if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
@@ -141,7 +142,7 @@ def mutants_of(source: str) -> Iterator[Mutant]:
 
     Raises SyntaxError if it is not Python.
     """
-    tree = ast.parse(source)
+    tree = syntax_tree(source)
     tree.body = [each for each in tree.body if not _is_guard(each)]
     changes = sorted((place, number) for number, place in enumerate(_places(tree)))
     for (line, _), number in changes:
@@ -259,5 +260,5 @@ def _lines(frames: Iterable[Frame]) -> str:
 
 def _started_on_import(source: str) -> ast.Expr | None:
     """Return a program's call of its own `main()` that is not below a guard; None if there is none."""
-    own = (node for node in ast.parse(source).body if isinstance(node, ast.Expr))
+    own = (node for node in syntax_tree(source).body if isinstance(node, ast.Expr))
     return next((node for node in own if next(calls(node, "main"), None)), None)

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from course.foundation.cells import Cell
+from course.foundation.syntax import syntax_tree
 
 SESSION = "ros"  # the session's name in the notebooks
 MAGIC = "%%exercise"
@@ -30,7 +31,7 @@ def names_of(source: str) -> Names:
         return Names()
     lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
     try:
-        tree = ast.parse("\n".join(lines))
+        tree = syntax_tree("\n".join(lines))
     except SyntaxError:
         return Names()
     made: set[str] = set()

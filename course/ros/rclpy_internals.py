@@ -171,7 +171,7 @@ def replace_in_rclpy(
 
 
 class GoalFault(Enum):
-    """What a callback of an action server did wrong without an exception."""
+    """A fault of an action server's callback that raises no exception."""
 
     NO_DECISION = "the goal callback returned no GoalResponse: rclpy rejects the goal"
     NO_STATE = "the execute callback set no final state: rclpy aborts the goal"

@@ -93,9 +93,11 @@ class Calls:
         self._tell_of_outdated(service)
         deadline = time.monotonic() + timeout
         self._ready(client, timeout)
+        # Before the request is sent: its callback may have raised when the next line runs.
+        raised = {each: each.raised for each in list(self._handles.values()) if isinstance(each, LiveNode)}
         future = client.call_async(request)
         try:
-            response = self._answer(client, future, deadline, timeout)
+            response = self._answer(client, future, raised, deadline, timeout)
         except LiveError as error:
             future.set_exception(error)  # for watchers: no answer will be accepted any more
             future.exception()
@@ -116,11 +118,11 @@ class Calls:
                     "return `SetParametersResult(successful=...)`, on every path through it."
                 )
 
-    def _answer(self, client: Client, future: Future, deadline: float, timeout: float) -> Any:
+    def _answer(
+        self, client: Client, future: Future, raised: Mapping[LiveNode, int], deadline: float, timeout: float
+    ) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
         hanging = self.hanging(service, deadline - time.monotonic())
-        nodes = [each for each in list(self._handles.values()) if isinstance(each, LiveNode)]
-        raised = {node: node.raised for node in nodes}
 
         def raising() -> list[tuple[LiveNode, int]]:
             """The servers that have raised since then: asking the graph for them only now keeps a usual call fast."""

@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from types import FrameType
 
+from course.foundation.syntax import syntax_tree
+
 # Functions that wait, and the position of the time limit among their arguments.
 WAITS = {
     "call": 1,
@@ -35,7 +37,7 @@ def parse(source: str) -> ast.Module:
     """Return the program's syntax tree; an empty one if it cannot be parsed.  A cell's shell commands are left out."""
     lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
     try:
-        return ast.parse("\n".join(lines))
+        return syntax_tree("\n".join(lines))
     except (SyntaxError, ValueError):
         return ast.Module([], [])
 

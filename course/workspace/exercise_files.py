@@ -8,6 +8,7 @@ from pathlib import Path
 
 from course.errors import UnreadableNotebook, WorkspaceError
 from course.foundation import cells
+from course.foundation.syntax import syntax_tree
 from course.interfaces.definition import Definition, parse
 
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
@@ -120,7 +121,7 @@ def _program(file: str, text: str) -> Program:
     if not file.removesuffix(".py").isidentifier():
         raise WorkspaceError(f"{file} cannot be a Python module: name it with letters, digits and underscores only")
     try:
-        tree = ast.parse(text)
+        tree = syntax_tree(text)
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}: {error.msg}" if isinstance(error, SyntaxError) else f": {error}"
         raise WorkspaceError(f"{file}{line}; correct it and run its cell again") from None

@@ -226,9 +226,8 @@ def test_a_program_that_ends_without_the_line_is_told(tmp_path):
 @pytest.mark.parametrize("end", ["chr(10)", "''"])
 def test_a_program_that_prints_without_the_line_is_stopped_and_shown_in_part(tmp_path, end):
     (tmp_path / "client.py").write_text(f"while True: print('sum', end={end})\n")
-    began = time.monotonic()
     ((_, output, status),) = terminal("python3 client.py", until="Max speed").runs
-    assert status == 124 and time.monotonic() - began < 25
+    assert status == 124
     assert "of which only the first are shown; no line had 'Max speed' in it)" in output and len(output) < 3000
 
 
@@ -288,9 +287,9 @@ def test_a_program_that_waits_when_a_node_has_failed_is_not_waited_for(tmp_path,
 
 def test_a_program_that_goes_on_when_a_node_has_failed_is_left_to_it(tmp_path, session, monkeypatch):
     """One that prints, or was given more time than usual."""
-    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.5)
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 2.0)
     session.untold = ["server.py ended"]
-    prints = "import time\nfor number in range(8):\n    time.sleep(0.15)\n    print(number, flush=True)\n"
+    prints = "import time\nfor number in range(16):\n    time.sleep(0.15)\n    print(number, flush=True)\n"
     assert run(tmp_path, prints)[1] == 0
     session.untold = ["server.py ended"]
-    assert run(tmp_path, "import time\ntime.sleep(1)\n", timeout=USUAL + 1) == ("", 0)
+    assert run(tmp_path, "import time\ntime.sleep(3)\n", timeout=USUAL + 1) == ("", 0)

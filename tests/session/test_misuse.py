@@ -221,6 +221,20 @@ def test_an_exception_that_is_raised_again_is_told_again(session):
     assert len(handle.errors) == KEPT and handle.raised == KEPT + 2
     with pytest.raises(NodeFailed, match="name 'reqest' is not defined"):
         session.call("raises", Trigger)
+    # An exception that is there before the call goes on to wait, as on a busy machine.
+    client = session._calls._client("raises", Trigger)
+    send = client.call_async
+
+    def and_wait(request):
+        seen, future = handle.raised, send(request)
+        assert session.until(lambda: handle.raised > seen)
+        return future
+
+    client.call_async = and_wait
+    began = time.monotonic()
+    with pytest.raises(NodeFailed, match="name 'reqest' is not defined"):
+        session.call("raises", Trigger)
+    assert time.monotonic() - began < 4.0
     session.stop("raises")
 
 
