@@ -1,7 +1,5 @@
 """A command in a cell: where a program hangs or loops, and a traceback without the libraries' lines."""
 
-import time
-
 import pytest
 
 from course.errors import ExerciseError, NodeFailed
