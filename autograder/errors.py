@@ -21,6 +21,7 @@ AutograderError
         Wrong, Crashed, TimedOut
 """
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 from autograder.records import CRASHED, FAILED, TIMED_OUT, Verdict
@@ -77,14 +78,19 @@ class SandboxUnavailable(AutograderError):
 class InfrastructureError(AutograderError):
     """The grader itself failed: there is no verdict on the submission."""
 
+    def __init__(self, message: str, verdicts: Sequence[Verdict] = (), busy: float = 0.0):
+        """`verdicts` are those that had been given before; `busy` is that of `records.Ended`."""
+        super().__init__(message)
+        self.verdicts, self.busy = verdicts, busy
+
 
 class JudgeDied(InfrastructureError):
     """The judging process died or had to be ended."""
 
     def __init__(self, message: str, verdicts: list[Verdict], suspects: list[str], busy: float):
         """`verdicts` are those that it had given; `suspects` and `busy` are those of `records.Ended`."""
-        super().__init__(message)
-        self.verdicts, self.suspects, self.busy = verdicts, suspects, busy
+        super().__init__(message, verdicts, busy)
+        self.suspects = suspects
 
 
 class SandboxError(InfrastructureError):

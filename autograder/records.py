@@ -125,8 +125,8 @@ def to_line(message: Message) -> bytes:
 
 def from_line(line: bytes) -> Message:
     """Return the message in a line that `to_line` wrote; raises ValueError for anything else."""
-    fields = json.loads(line)
     try:
+        fields = json.loads(line)
         kind = MESSAGES[fields.pop("record")]
         if kind is Job:
             for name in ("files", "hidden"):
@@ -136,7 +136,7 @@ def from_line(line: bytes) -> Message:
             if not _fits(getattr(message, name), annotation):
                 raise TypeError(f"{name} must be of type {annotation}")
         return message
-    except (AttributeError, KeyError, TypeError) as error:
+    except (AttributeError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"not a message between coordinator and worker ({error}): {line[:200]!r}") from None
 
 

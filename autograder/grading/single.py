@@ -3,6 +3,7 @@
 import logging
 import secrets
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from autograder.errors import InfrastructureError, JudgeDied
@@ -37,7 +38,8 @@ TRIES = 3
 CALM_TIMEOUT = 30.0  # s to wait for the machine to become less busy
 GRACE = 30.0  # s that judging may take beyond the tests' time limit
 BROUGHT_DOWN = (
-    "Not judged: three times, what your programs sent brought down the process that grades them. Ask your instructor."
+    "Not judged: three times, your files or what your programs sent brought down the process that grades them. Ask your "
+    "instructor."
 )
 
 REFUSED = (
@@ -109,8 +111,8 @@ def _judge_calmly(
     submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float
 ) -> Judgement:
     """Judge the submission; judge it again, with the same inputs, while a busy machine may have cost points."""
-    deaths: list[JudgeDied] = []
-    judgement = _try(submission, exercise, confinement, seed, patience, deaths)
+    faults: list[InfrastructureError] = []
+    judgement = _try(submission, exercise, confinement, seed, patience, faults)
     for number in range(2, TRIES + 1):
         if not judgement.in_doubt:
             break
@@ -121,28 +123,32 @@ def _judge_calmly(
             *(submission.student, submission.assignment, lost, judgement.busy, CALM_TIMEOUT, number, TRIES),
         )
         machine_load.wait_for_calm(CALM_TIMEOUT)
-        again = _with(_certain(judgement), _try(submission, exercise, confinement, seed, patience, deaths))
+        again = _with(_certain(judgement), _try(submission, exercise, confinement, seed, patience, faults))
         if again.status == GRADED and (again.passed >= judgement.passed or not again.in_doubt):
             judgement = again
-    flags = [*([KILLED_JUDGE] if deaths else []), *([BUSY_MACHINE] if judgement.in_doubt else [])]
-    return replace(judgement, fault=judgement.fault or "\n".join(map(str, deaths[-1:])), flags=flags)
+    flags = [*([KILLED_JUDGE] if _deaths(faults) else []), *([BUSY_MACHINE] if judgement.in_doubt else [])]
+    return replace(judgement, fault=judgement.fault or "\n".join(map(str, faults[-1:])), flags=flags)
 
 
 def _try(
-    submission: Submission, exercise: Exercise, confinement: str, seed: int, patience: float, deaths: list[JudgeDied]
+    submission: Submission,
+    exercise: Exercise,
+    confinement: str,
+    seed: int,
+    patience: float,
+    faults: list[InfrastructureError],
 ) -> Judgement:
     """Judge the submission; when the grader fails, try again, up to TRIES times in all.
 
-    `deaths` are those of the judging process so far; more are added to them.
+    `faults` are the grader's failures so far; more are added to them.
     """
-    faults: list[InfrastructureError] = []
+    before = len(faults)
     for attempt in range(1, TRIES + 1):
         try:
-            refused = {file: REFUSED for death in deaths for file in death.suspects}
-            return _at_most(judge(exercise, submission.files, confinement, seed, patience, refused), deaths)
+            refused = {file: REFUSED for death in _deaths(faults) for file in death.suspects}
+            return _at_most(judge(exercise, submission.files, confinement, seed, patience, refused), faults)
         except InfrastructureError as error:
             faults.append(error)
-            deaths += [error] if isinstance(error, JudgeDied) else []
             fault = str(error)
             log.warning(
                 "%s/%s, try %d of %d: the grader failed: %s",
@@ -152,9 +158,14 @@ def _try(
                 TRIES,
                 (fault.strip().splitlines() or ["?"])[-1],
             )
-    if all(isinstance(fault, JudgeDied) for fault in faults):
-        return _judgement_without_judge(exercise, deaths)
+    if len(_deaths(faults[before:])) == TRIES:
+        return _judgement_without_judge(exercise, _deaths(faults))
     return Judgement(INFRASTRUCTURE_ERROR, fault=str(faults[-1]))
+
+
+def _deaths(faults: list[InfrastructureError]) -> list[JudgeDied]:
+    """Return those of the grader's failures that were deaths of the judging process."""
+    return [fault for fault in faults if isinstance(fault, JudgeDied)]
 
 
 def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Judgement:
@@ -169,13 +180,13 @@ def _judgement_without_judge(exercise: Exercise, deaths: list[JudgeDied]) -> Jud
     return _at_most(Judgement(GRADED, verdicts, fault=str(furthest)), deaths)
 
 
-def _at_most(judgement: Judgement, deaths: list[JudgeDied]) -> Judgement:
-    """Return the judgement with what was lost before the judging process died: a program must gain nothing by that.
+def _at_most(judgement: Judgement, faults: Sequence[InfrastructureError]) -> Judgement:
+    """Return the judgement with what was lost before the grader failed: a program must gain nothing by that.
 
     What was lost on a busy machine does not count: it may not be the program's fault.
     """
-    calm = [death for death in deaths if death.busy <= machine_load.STARVED]
-    return _with([verdict for death in calm for verdict in death.verdicts if verdict.outcome != PASSED], judgement)
+    calm = [fault for fault in faults if fault.busy <= machine_load.STARVED]
+    return _with([verdict for fault in calm for verdict in fault.verdicts if verdict.outcome != PASSED], judgement)
 
 
 def _certain(judgement: Judgement) -> list[Verdict]:
@@ -215,7 +226,7 @@ def judge(
         )
         answer = process.run(job)
     if answer.finished.fault:
-        raise InfrastructureError(answer.finished.fault)
+        raise InfrastructureError(answer.finished.fault, answer.verdicts, answer.busy)
     given = [verdict.id for verdict in answer.verdicts]
     if sorted(given) != sorted(expected):
         raise InfrastructureError(

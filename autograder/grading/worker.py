@@ -89,7 +89,11 @@ class Worker:
             raise JudgeDied(f"{said}\nthe process that judges was ended: {why}", verdicts, ended.suspects, ended.busy)
         if finished is None or not isinstance(ended, Ended) or ended.status != 0:
             status = ended.status if isinstance(ended, Ended) else None
-            raise InfrastructureError(f"the worker ended with status {status} before all tests were judged:\n{said}")
+            raise InfrastructureError(
+                f"the worker ended with status {status} before all tests were judged:\n{said}",
+                verdicts,
+                ended.busy if isinstance(ended, Ended) else 0.0,
+            )
         return Answer(verdicts, finished, ended.busy)
 
     def _kill(self) -> None:

@@ -18,14 +18,19 @@ from typing import ParamSpec, TypeVar
 import pytest
 
 from autograder.errors import Fault, TimedOut, Wrong
-from autograder.records import PASSED, Verdict
+from autograder.records import FAILED, PASSED, Verdict
 from autograder.sandbox.sandbox import MEMORY
 from autograder.sandbox.traffic import WHY
 from autograder.suitekit.bench import Bench
 from autograder.suitekit.lifecycle import USED_UP
+from autograder.suitekit.untrusted import NEVER_OURS
 
 BENCH = pytest.StashKey[Bench]()
 FULL = MEMORY // 2  # bytes: several times what judging takes, and half of the launcher's limit
+NOT_READ = (
+    "The grader cannot read your file, or what your program sent or printed here: it is nested too deeply, or a number "
+    "in it is too large. Write, send and print only what the task asks for."
+)
 POSTPONED = 1.0  # s until the next alarm, if the time was used up between two tests
 
 Parameters = ParamSpec("Parameters")
@@ -132,6 +137,9 @@ class Judge:
         elif isinstance(end, Fault):
             certain = end.certain or _is_of_files(item) or WHY in end.message
             self.report(Verdict(item.name, end.outcome, end.message, end.detail, certain))
+        elif isinstance(end, NEVER_OURS):
+            why = f"{type(end).__name__}: {end}"
+            self.report(Verdict(item.name, FAILED, NOT_READ, why, certain=True))
         elif isinstance(end, MemoryError) or _has_taken() > FULL:
             # The student's program has sent more than this process can hold, which counts like a crash.  Lack of memory
             # has many symptoms: no thread can be started, no node can be made.

@@ -19,7 +19,18 @@ from autograder.grading import single
 from autograder.grading.judge_process import LIMITS
 from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
-from autograder.records import BUSY_MACHINE, CRASHED, FAILED, GRADED, KILLED_JUDGE, NOT_RUN, PASSED, Submission, Verdict
+from autograder.records import (
+    BUSY_MACHINE,
+    CRASHED,
+    FAILED,
+    GRADED,
+    KILLED_JUDGE,
+    NOT_RUN,
+    PASSED,
+    Submission,
+    Verdict,
+    from_line,
+)
 from autograder.results import feedback
 from autograder.sandbox import machine_load, seccomp, users
 from autograder.sandbox.usage import running
@@ -232,6 +243,54 @@ def test_what_was_lost_before_the_judge_died_stays_lost(monkeypatch, busy, suspe
     assert ([test.id for test in report.tests if test.outcome != PASSED], report.flags) == (lost, [KILLED_JUDGE])
     assert refused == [[], suspects]
     assert len(report.tests) == len(exercises.load("services").tests)
+
+
+def test_what_was_lost_before_the_grader_failed_in_a_test_stays_lost(monkeypatch):
+    """A program that can make a test fail in an unknown way gains nothing by the next try."""
+    tried = []
+
+    def judge(exercise, files, confinement, seed, patience, without):
+        tried.append(exercise)
+        if len(tried) == 1:
+            raise InfrastructureError("KeyError", [Verdict("test_status", FAILED, "once")])
+        return single.Judgement(GRADED, {test.id: Verdict(test.id, PASSED) for test in exercise.tests})
+
+    monkeypatch.setattr(single, "judge", judge)
+    report = single.grade(Submission("s", "services", REFERENCE), "root", seed=1)
+    assert [test.id for test in report.tests if test.outcome != PASSED] == ["test_status"]
+    assert (report.flags, report.details["fault"]) == ([], "KeyError")
+
+
+DEEP = b"""
+import os, sys
+if "ask_agent" in sys.argv[0]:
+    print("\\nanswers: " + %s, flush=True)
+    os._exit(0)
+"""
+AGENT = "class WallAgent:\n    def decide_action(self, distances):\n        return {'linear': 0.0, 'angular': 0.5}\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        DEEP % b"'[' * 100_000",
+        DEEP % b"'[[' + '9' * 4000 + ', 1]]'",
+        f"{AGENT}x = {'0+' * 200_000}0\n".encode(),
+        f"{AGENT}x = {'-' * 300_000}1\n".encode(),
+    ],
+)
+def test_what_cannot_be_read_is_a_lost_test(judge, text):
+    """Neither the grader's failure nor the end of the judging process, both of which are judged again."""
+    files = answers.load("ai_integration").REFERENCE | {"wall_agent.py": text}
+    judgement = judge(files, "ai_integration", "test_wall_ahead").result()
+    (verdict,) = judgement.verdicts.values()
+    assert (judgement.status, judgement.flags) == (GRADED, [])
+    assert verdict.outcome in (FAILED, CRASHED), verdict
+
+
+def test_a_deep_message_of_a_judge_that_was_taken_over_is_none():
+    with pytest.raises(ValueError, match="not a message"):
+        from_line(b"[" * 100_000)
 
 
 @pytest.mark.parametrize(

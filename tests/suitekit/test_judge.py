@@ -1,5 +1,7 @@
 """What becomes of a test's end that is neither passed nor a Fault."""
 
+import ast
+import json
 import os
 from types import SimpleNamespace
 
@@ -7,6 +9,7 @@ import pytest
 
 from autograder.suitekit import judge
 from autograder.suitekit.judge import FULL, Judge
+from autograder.suitekit.untrusted import UNREADABLE
 
 NO_THREAD = RuntimeError("can't start new thread")
 
@@ -15,9 +18,9 @@ class Aborted(Exception):
     """os.abort was called."""
 
 
-def conclude(end: BaseException) -> Judge:
+def conclude(end: BaseException, report=print) -> Judge:
     """A judge that concludes a test which has ended so."""
-    plugin = Judge(SimpleNamespace(), print)
+    plugin = Judge(SimpleNamespace(), report)
     plugin._ends["test"] = end
     plugin._conclude(SimpleNamespace(name="test", session=SimpleNamespace(shouldstop=False)))
     return plugin
@@ -40,3 +43,17 @@ def test_a_failure_for_want_of_memory_ends_the_process_and_is_no_fault_of_the_gr
         assert type(end).__name__ in capfd.readouterr().err  # for the instructor
     else:
         assert "can't start new thread" in conclude(end).fault
+
+
+@pytest.mark.parametrize(
+    "read",
+    [lambda: json.loads("[" * 100_000), lambda: float(json.loads("9" * 4000)), lambda: ast.parse("0+" * 200_000 + "0")],
+)
+def test_what_cannot_be_read_is_lost_and_no_fault_of_the_graders(read):
+    """Else a program that sees that it loses could have itself judged again."""
+    try:
+        read()
+    except UNREADABLE as error:
+        end = error
+    verdicts = []
+    assert (conclude(end, verdicts.append).fault, len(verdicts)) == ("", 1)

@@ -39,6 +39,7 @@ from autograder.suitekit import (
 )
 from autograder.suitekit.lifecycle import Answer, Question, State
 from autograder.suitekit.ros import CLOSED
+from autograder.suitekit.untrusted import UNREADABLE
 from course.foundation.waiting import wait_until
 from course.world import Laser, Room, Simulation
 from course.world.node import World
@@ -146,7 +147,7 @@ class Agent:
         self.no_floats = no_floats[-1] if no_floats else ""
         try:
             answers = [Command(float(linear), float(angular)) for linear, angular in json.loads(said[-1])]
-        except (IndexError, TypeError, ValueError):
+        except (IndexError, TypeError, *UNREADABLE):
             answers = []
         if len(answers) != len(asked):
             did = f"it returned {odd[-1]}" if odd else f"{AGENT} ended before decide_action had returned"
@@ -182,7 +183,7 @@ def importing_course(files: Mapping[str, bytes]) -> set[str]:
     """The student's files that cannot be loaded where there is no `course`; not those that try it, and do without."""
     found = set()
     for name, content in files.items():
-        with contextlib.suppress(SyntaxError, ValueError):
+        with contextlib.suppress(*UNREADABLE):
             for line in _lines(ast.parse(content)):
                 modules = [alias.name for alias in line.names] if isinstance(line, ast.Import) else []
                 modules += [line.module or ""] if isinstance(line, ast.ImportFrom) else []
