@@ -426,6 +426,16 @@ def export_command(
         form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
     )
     export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
+    failed = [
+        f"{report.student}/{report.assignment}"
+        for report in output.read_results(out).values()
+        if report.status == INFRASTRUCTURE_ERROR
+        and assignment in (None, report.assignment)
+        and (not student or report.student in student)
+    ]
+    if failed:
+        print(printable(one_line(f"Without a grade, because the grader failed: {', '.join(failed)}.")))
+        print("`autograder grade` with --resume grades them again; then export again.")
 
 
 @app.command("release")

@@ -7,7 +7,8 @@ time.  This module uses no ROS and makes no decisions.
 import base64
 import json
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, get_args, get_origin
+from types import UnionType
+from typing import Any, TypeVar, get_args, get_origin
 
 # A test's outcome.  Only PASSED earns points.
 PASSED = "passed"
@@ -131,18 +132,27 @@ def from_line(line: bytes) -> Message:
         if kind is Job:
             for name in ("files", "hidden"):
                 fields[name] = {key: base64.b64decode(content) for key, content in fields[name].items()}
-        message = kind(**fields)
-        for name, annotation in kind.__annotations__.items():
-            if not _fits(getattr(message, name), annotation):
-                raise TypeError(f"{name} must be of type {annotation}")
-        return message
+        return _checked(kind(**fields))
     except (AttributeError, KeyError, TypeError, RecursionError) as error:
         raise ValueError(f"not a message between coordinator and worker ({error}): {line[:200]!r}") from None
+
+
+Record = TypeVar("Record")
+
+
+def _checked(record: Record) -> Record:
+    """Return the record; raises TypeError when a field has not the type of its annotation."""
+    for name, annotation in type(record).__annotations__.items():
+        if not _fits(getattr(record, name), annotation):
+            raise TypeError(f"{name} must be of type {annotation}")
+    return record
 
 
 def _fits(value: object, annotation: Any) -> bool:
     """Return True if a value has the type of a field's annotation."""
     kind, parts = get_origin(annotation), get_args(annotation)
+    if kind is UnionType:
+        return any(_fits(value, part) for part in parts)
     if kind is dict:
         pairs = value.items() if isinstance(value, dict) else [(None, None)]
         return all(_fits(key, parts[0]) and _fits(content, parts[1]) for key, content in pairs)
@@ -184,8 +194,14 @@ class Report:
 
     @classmethod
     def from_fields(cls, fields: dict) -> "Report":
-        """Return the report that `asdict` turned into a dict."""
-        return cls(**fields | {"tests": [Result(**test) for test in fields["tests"]]})
+        """Return the report that `asdict` turned into a dict; raises ValueError for anything else."""
+        try:
+            report = _checked(cls(**fields | {"tests": [_checked(Result(**test)) for test in fields["tests"]]}))
+        except (KeyError, TypeError) as error:
+            raise ValueError(str(error)) from None
+        if report.score is not None and not 0 <= report.score <= report.max_score:
+            raise ValueError(f"a score of {report.score}")
+        return report
 
     def public(self) -> dict:
         """Return the parts that a student may read."""

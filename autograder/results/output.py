@@ -9,9 +9,10 @@ import contextlib
 import fcntl
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TypeVar
 
 from autograder.errors import UsageError
 from autograder.records import INFRASTRUCTURE_ERROR, Report
@@ -21,6 +22,8 @@ from course.foundation import storage
 RESULTS = "results.jsonl"
 HISTORY = "history.jsonl"  # results replaced by newer ones
 DETAILS = "details.jsonl"  # for instructors only
+
+Read = TypeVar("Read")
 
 
 @dataclass(frozen=True)
@@ -108,13 +111,11 @@ class Output:
 
 
 def read_results(folder: Path) -> dict[tuple[str, str], Report]:
-    """Return the last report of each submission, in the order first written; ignores an incomplete last line."""
-    try:
-        lines = (folder / RESULTS).read_bytes().splitlines(keepends=True)
-    except FileNotFoundError:
-        return {}
-    reports = (Report.from_fields(json.loads(line)) for line in lines if line.endswith(b"\n"))
-    return {(report.student, report.assignment): report for report in reports}
+    """Return the last report of each submission, in the order first written; ignores an incomplete last line.
+
+    Raises UsageError when a line cannot be read.
+    """
+    return {(report.student, report.assignment): report for report in _read_lines(folder / RESULTS, Report.from_fields)}
 
 
 def read_with_details(
@@ -169,10 +170,40 @@ def submitted(folder: Path) -> Path:
 
 
 def _read_details(folder: Path) -> Iterator[dict]:
-    """Yield the instructor's details, in the order written."""
-    if (folder / DETAILS).exists():
-        with open(folder / DETAILS, "rb") as file:
-            yield from (json.loads(line) for line in file if line.endswith(b"\n"))
+    """Yield the instructor's details, in the order written; raises UsageError when a line cannot be read."""
+
+    def entry(fields: dict) -> dict:
+        if lacking := {"student", "assignment", "seed", "details"} - fields.keys():
+            raise ValueError(f"without {', '.join(sorted(lacking))}")
+        return fields
+
+    yield from _read_lines(folder / DETAILS, entry)
+
+
+def _read_lines(path: Path, made_of: Callable[[dict], Read]) -> Iterator[Read]:
+    """Yield what is made of each line's fields, without an incomplete last line; nothing when there is no file.
+
+    Raises UsageError when a line cannot be read.
+    """
+    with contextlib.ExitStack() as stack:
+        try:
+            file = stack.enter_context(open(path, "rb"))
+        except FileNotFoundError:
+            return
+        for number, line in enumerate(file, start=1):
+            if not line.endswith(b"\n"):
+                return
+            try:
+                record = json.loads(line.decode())
+                if not isinstance(record, dict):
+                    raise ValueError(f"{type(record).__name__} instead of a record")
+                read = made_of(record)
+            except (ValueError, RecursionError) as error:
+                raise UsageError(
+                    f"{path}, line {number}, is damaged or of another version of the grader ({error}). Use the version "
+                    "that wrote it, or remove that line: `autograder grade` with --resume grades the submission again"
+                ) from None
+            yield read
 
 
 def _appending(path: Path) -> int:

@@ -15,9 +15,9 @@ from typer.testing import CliRunner
 
 from autograder.cli import app, main
 from autograder.gradebook import ends, members, release
-from autograder.gradebook.book import by_hand
+from autograder.gradebook.book import Scores, by_hand
 from autograder.gradebook.entering import Entering
-from autograder.records import GRADED, PASSED, Report, Result
+from autograder.records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
 from autograder.results.output import Basis, Output
 from autograder.submissions import exercises, listing
 from autograder.submissions.roster import REMEMBERED, of_class
@@ -121,6 +121,17 @@ def test_the_platform_is_told_who_handed_in_nothing(course, tmp_path):
         f"bob,{MOST:g}",
         "zoe,0",
     ]
+
+
+def test_a_submission_that_the_grader_failed_at_is_named_beside_the_grades(course):
+    with Output(course / "out", resume=True) as output:
+        failed = Report("bob", "calculator", INFRASTRUCTURE_ERROR, None, MOST, 1, 0.0)
+        output.write(failed, Basis(str(course / "submitted"), "suite", "files"))
+    with Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted") as scores:
+        scores.write(report("ada"))
+    line = "Without a grade, because the grader failed: bob/calculator."
+    assert line in exported(course, "--automatic")[1].splitlines()
+    assert line not in exported(course, "--automatic", "--student", "ada")[1].splitlines()
 
 
 def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):

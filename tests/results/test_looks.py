@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
+from autograder import cli
 from autograder.gradebook import extensions, release
 from autograder.gradebook.book import Scores, lateness
 from autograder.grading import single
@@ -172,3 +173,38 @@ def test_show_prints_of_a_class_what_was_not_passed(out):
     assert TESTS[1].title in said.partition("cy/calculator: ")[2]  # below its student
     assert shown("--passed").count(TESTS[0].title) == 3
     assert TESTS[0].title in shown("--student", "ada")
+
+
+@pytest.mark.parametrize("command", ["report", "show", "export"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda line: json.dumps(json.loads(line) | {"extra": 1}),
+        lambda line: json.dumps({name: value for name, value in json.loads(line).items() if name != "max_score"}),
+        lambda line: json.dumps(json.loads(line) | {"score": "20"}),
+        lambda line: json.dumps(json.loads(line) | {"score": float("nan")}),
+        lambda line: json.dumps(json.loads(line) | {"score": 1e308}),
+        lambda line: json.dumps(json.loads(line) | {"flags": [5]}),
+        lambda line: json.dumps(json.loads(line) | {"tests": [{"id": "x"}]}),
+        lambda _: "",
+        lambda _: "\0\0\0\0",
+        lambda _: "5",
+        lambda _: "[" * 100_000,
+    ],
+)
+def test_a_line_that_cannot_be_read_is_named(out, capsys, monkeypatch, command, change):
+    """A traceback said neither which file nor what to do."""
+    lines = (out / "results.jsonl").read_text().splitlines()
+    lines[1] = change(lines[1])
+    (out / "results.jsonl").write_text("\n".join(lines) + "\n")
+    options = ["--for", "csv", "--to", str(out / "grades.csv")] if command == "export" else []
+    monkeypatch.setattr(sys, "argv", ["autograder", command, str(out), *options])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    (said,) = capsys.readouterr().err.splitlines()
+    assert ended.value.code == 2
+    assert (
+        said.startswith(f"autograder: {out}/results.jsonl, line 2, is damaged or of another version")
+        and len(said) < 600
+    )
+    assert said.endswith("remove that line: `autograder grade` with --resume grades the submission again")
