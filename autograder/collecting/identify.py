@@ -85,17 +85,18 @@ def identify(
     receipt = read_receipt(said)
     state = VERIFIED if receipt else NONE
     handed_in, notes = named_as_asked(files)
-    assignment = _assignment(handed_in, receipt, expected)
+    assignment = _assignment(handed_in, deeper, receipt, expected)
     student, guess = _student(bundle, receipt, roster, assignment)
     wanted = exercises.load(assignment).taken
     at, time = bundle.at, UNKNOWN
     if receipt:
-        state = _verify(receipt, files, student, roster)
+        state = _verify(receipt, files, student, assignment, roster)
         claimed = _time(receipt.get("handed_in"))
-        if state == VERIFIED and claimed and claimed <= bundle.at:
+        odd = _odd(claimed, bundle.at)
+        if state == VERIFIED and claimed and not odd:
             at, time = claimed, KNOWN
-        if state == VERIFIED and not claimed:
-            notes = [*notes, "the time in its receipt cannot be read"]
+        elif state == VERIFIED:
+            notes = [*notes, odd]
     elif bundle.stamped:
         time = KNOWN
     came = bundle.origin or Origin((student,), bundle.source)
@@ -194,7 +195,7 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
     raise Unplaced(f"{said} not say who handed it in{how}")
 
 
-def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str | None) -> str:
+def _assignment(files: dict[str, bytes], deeper: list[str], receipt: dict[str, Any], expected: str | None) -> str:
     """Return the exercise of these files: the receipt's, or the one that most files belong to; raises Unplaced."""
     owned = {name: exercises.load(name).taken for name in exercises.names()}
     claimed = receipt.get("assignment")
@@ -205,22 +206,26 @@ def _assignment(files: dict[str, bytes], receipt: dict[str, Any], expected: str 
         count = {name: len(owned[name] & files.keys()) for name in owned}
         found = max(owned, key=lambda name: (count[name], name == expected), default=None)
         if found is None or not count[found]:
-            raise Unplaced(_nothing(files))
+            raise Unplaced(_nothing(files, deeper))
     if expected not in (None, found):
         raise Unplaced(f"it is a hand-in of {found}, not of {expected}")
     return found
 
 
-def _nothing(files: dict[str, bytes]) -> str:
-    """Return why the files belong to no exercise."""
+def _nothing(files: dict[str, bytes], deeper: list[str]) -> str:
+    """Return why the files, and those `deeper` in folders, belong to no exercise."""
     if packed := [name for name in sorted(files) if is_other_archive(name)]:
         return f"{shortened(packed[0])} is an archive of a kind that is not opened: unpack it, and pack it as .zip"
+    if deeper and not files:
+        return f"its files, such as {shortened(deeper[0])}, are in a folder, and only files beside the receipt count"
     if not files:
         return "it has no files"
     return f"it has no file of an exercise of this course, but {', '.join(map(shortened, sorted(files)[:LISTED]))}"
 
 
-def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, roster: Roster | None) -> str:
+def _verify(
+    receipt: dict[str, Any], files: dict[str, bytes], student: str, assignment: str, roster: Roster | None
+) -> str:
     """Return VERIFIED, or what is wrong with the receipt."""
     listed = receipt.get("files")
     if not isinstance(listed, dict):
@@ -231,11 +236,26 @@ def _verify(receipt: dict[str, Any], files: dict[str, bytes], student: str, rost
             return f"does not match {shortened(name)}"
     if more := sorted(files.keys() - listed.keys()):
         return f"does not list {shortened(more[0])}"
+    if (claimed := receipt.get("assignment")) in exercises.names() and claimed != assignment:
+        return f"is of {claimed}"
     if roster:
         with contextlib.suppress(Unplaced):  # a login name need not be in the roster
             if (owner := roster.find((str(receipt.get("student")),))) != student:
                 return f"is made out to {owner}"
     return VERIFIED
+
+
+def _odd(claimed: datetime | None, latest: datetime) -> str:
+    """Return why a receipt's time is not believed; `latest` is that of its archive or files.  '' if it is."""
+    if claimed is None:
+        return "the time in its receipt cannot be read"
+    if claimed < reading.EARLIEST:
+        return f"the time in its receipt, {claimed.isoformat(' ')}, is too long ago"
+    if claimed > datetime.now(UTC) + SOON:
+        return f"the time in its receipt, {claimed:{TIME}}, is in the future"
+    if claimed > latest:
+        return f"the time in its receipt, {claimed:{TIME}}, is after that of its archive, {latest:{TIME}}"
+    return ""
 
 
 def _time(text: object) -> datetime | None:

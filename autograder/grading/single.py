@@ -30,7 +30,7 @@ from autograder.records import (
     Verdict,
 )
 from autograder.sandbox import machine_load, processor_core
-from autograder.sandbox.traffic import SUSPICIOUS
+from autograder.sandbox.traffic import COUNTED, SUSPICIOUS
 from autograder.submissions.exercises import Exercise, contents, load
 from course.interfaces import build
 
@@ -38,13 +38,13 @@ TRIES = 3
 CALM_TIMEOUT = 30.0  # s to wait for the machine to become less busy
 GRACE = 30.0  # s that judging may take beyond the tests' time limit
 BROUGHT_DOWN = (
-    "Not judged: three times, your files or what your programs sent brought down the process that grades them. Ask your "
-    "instructor."
+    "Not judged: three times, your files or what your programs sent brought down the process that grades them. "
+    "Ask your instructor."
 )
 
 REFUSED = (
     "it was not run again, because the process that grades it died after it had sent more than "
-    f"{SUSPICIOUS >> 20} MiB at once to other programs; send only what the task asks for"
+    f"{SUSPICIOUS >> 20} MiB at once to other programs, {COUNTED}; send only what the task asks for"
 )
 
 log = logging.getLogger("autograder")

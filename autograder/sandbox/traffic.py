@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 MOST = 48 << 20  # bytes sent at once in one network, far more than any right answer sends in its whole life
 SUSPICIOUS = 12 << 20  # bytes sent at once, of which the judging process may have died
 DRAINED = 16 << 20  # bytes a second that are no burden: what is sent all the time is read all the time
-WHY = f"it sent more than {MOST >> 20} MiB at once to other programs; send only what the task asks for"
+COUNTED = "counting what is sent to several programs, or again, each time"
+WHY = f"it sent more than {MOST >> 20} MiB at once to other programs, {COUNTED}; send only what the task asks for"
 
 
 class Traffic:

@@ -22,6 +22,7 @@ TIMESTAMP = "timestamp.txt"  # nbgrader's file for the time of handing in
 MAX_BYTES = 1_000_000  # of a file; a program of this course has some 5,000
 MAX_TIME_BYTES = 200  # of TIMESTAMP; a time has some 30
 A_TIME = re.compile(r"(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?) ?(UTC|Z|[+-]\d\d:?\d\d)?", re.ASCII)
+EARLIEST = datetime(2024, 5, 23, tzinfo=UTC)  # the release of ROS 2 Jazzy: an earlier time is not believed
 EARLY = timedelta(days=1)  # by which a clock may be wrong: a time further in the future is not believed
 
 
@@ -127,6 +128,8 @@ def handed_in_at(folder: Path) -> datetime | None:
         raise UnknownTime(f"{TIMESTAMP} is not a time ({error})") from None
     if found > datetime.now(UTC) + EARLY:
         raise UnknownTime(f"{TIMESTAMP} lies in the future")
+    if found < EARLIEST:
+        raise UnknownTime(f"{TIMESTAMP} lies before {EARLIEST:%Y}")
     return found.replace(tzinfo=None)
 
 

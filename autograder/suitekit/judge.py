@@ -23,10 +23,12 @@ from autograder.sandbox.sandbox import MEMORY
 from autograder.sandbox.traffic import WHY
 from autograder.suitekit.bench import Bench
 from autograder.suitekit.lifecycle import USED_UP
+from autograder.suitekit.ros import EMPTIED, LONGEST
 from autograder.suitekit.untrusted import NEVER_OURS
 
 BENCH = pytest.StashKey[Bench]()
 FULL = MEMORY // 2  # bytes: several times what judging takes, and half of the launcher's limit
+TOO_LONG = f" (What is longer than {LONGEST:,} is read as if it were empty: {{}}.)"
 NOT_READ = (
     "The grader cannot read your file, or what your program sent or printed here: it is nested too deeply, or a number "
     "in it is too large. Write, send and print only what the task asks for."
@@ -131,12 +133,14 @@ class Judge:
         return report
 
     def _conclude(self, item: pytest.Item) -> None:
-        end = self._ends.pop(item.name, None)
+        end, emptied = self._ends.pop(item.name, None), [*EMPTIED]
+        EMPTIED.clear()
         if end is None:
             self.report(Verdict(item.name, PASSED))
         elif isinstance(end, Fault):
-            certain = end.certain or _is_of_files(item) or WHY in end.message
-            self.report(Verdict(item.name, end.outcome, end.message, end.detail, certain))
+            certain = end.certain or _is_of_files(item) or WHY in end.message or bool(emptied)
+            message = end.message + "".join(TOO_LONG.format(what) for what in emptied)
+            self.report(Verdict(item.name, end.outcome, message, end.detail, certain))
         elif isinstance(end, NEVER_OURS):
             why = f"{type(end).__name__}: {end}"
             self.report(Verdict(item.name, FAILED, NOT_READ, why, certain=True))

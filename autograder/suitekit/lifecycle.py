@@ -248,7 +248,7 @@ class Lifecycle(ABC):
             died = f"{self.file} did not start: {last_words(self.program)}."
             return Crashed(died, certain=is_of_text(self.program))
         if told := self.mistyped(wanted):
-            return Wrong(told)
+            return Wrong(told, certain=True)
         if services := self.other_services():
             return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:TOLD]}.")
         if self.has_node():

@@ -100,7 +100,9 @@ def _value(name: str, value: ParameterValue) -> Any:
         return parameter_value_to_python(value)
     except RuntimeError:
         raise Wrong(
-            f"The parameter {name} has a type that rcl_interfaces/msg/ParameterType does not define.", value
+            f"The parameter {name} has a type that rcl_interfaces/msg/ParameterType does not define.",
+            value,
+            certain=True,
         ) from None
 
 

@@ -26,6 +26,7 @@ LATEST = 1.0  # s that a message may have been under way, on a busy machine
 HEARD = 1000  # log messages that are kept
 LOG_LENGTH = 1000  # characters of a log message that are kept
 LONGEST = 100_000  # characters or elements of a field, far more than in any right answer
+EMPTIED: deque[str] = deque(maxlen=1)  # the last message that was too long, in words; cleared after each test
 ARGUMENTS = ["--ros-args", "--disable-stdout-logs", "--disable-rosout-logs", "--disable-external-lib-logs"]
 
 # Options of a grader's node: no parameter services, by which a program could set its clock (`use_sim_time`).
@@ -137,6 +138,9 @@ def published(info: Mapping[str, int]) -> float:
 
 
 def sensible(message: Any) -> Any:
-    """Return the message, or an empty one if it is longer than any right answer."""
-    fields = (getattr(message, name) for name in message.get_fields_and_field_types())
-    return message if all(len(field) <= LONGEST for field in fields if hasattr(field, "__len__")) else type(message)()
+    """Return the message, or an empty one, noted in EMPTIED, if it is longer than any right answer."""
+    for name in message.get_fields_and_field_types():
+        if hasattr(field := getattr(message, name), "__len__") and len(field) > LONGEST:
+            EMPTIED.append(f"{name} of a {type(message).__name__} had the length {len(field):,}")
+            return type(message)()
+    return message

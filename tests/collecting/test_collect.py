@@ -125,6 +125,41 @@ def test_a_receipt_from_the_future_is_not_believed(tmp_path):
     os.utime(path, (EARLY.timestamp(), EARLY.timestamp()))
     (only,) = collect([path], tmp_path / "out").laid_out
     assert only.at == EARLY
+    assert only.remark == "the time in its receipt, 2999-01-01 00:00:00 UTC, is in the future"
+
+
+def test_a_receipt_that_is_newer_than_its_archive_is_not_believed_and_says_why(tmp_path):
+    path = handed_in(tmp_path / "in", at=LATER)
+    os.utime(path, (EARLY.timestamp(), EARLY.timestamp()))
+    (only,) = collect([path], tmp_path / "out").laid_out
+    assert (only.at, only.when) == (EARLY, "time unknown")
+    assert only.remark.endswith("2026-11-03 09:30:00 UTC, is after that of its archive, 2026-11-02 09:30:00 UTC")
+
+
+def test_a_receipt_of_another_exercise_than_its_files_is_named(tmp_path):
+    path = handed_in(tmp_path / "in")
+    with zipfile.ZipFile(path) as whole:
+        content = {name: whole.read(name) for name in whole.namelist()}
+    content["receipt.json"] = content["receipt.json"].replace(b'"services"', b'"calculator"')
+    (only,) = collect([archive(tmp_path / "changed.zip", content)], tmp_path / "out").laid_out
+    assert (only.assignment, only.receipt) == ("services", "is of calculator")
+    assert "its receipt is of calculator" in only.remark
+
+
+def test_files_in_a_folder_beside_the_receipt_are_told(tmp_path):
+    path = handed_in(tmp_path / "in")
+    with zipfile.ZipFile(path) as whole:
+        content = {
+            name if name == "receipt.json" else f"services/{name}": whole.read(name) for name in whole.namelist()
+        }
+    (line,) = collect([archive(tmp_path / "changed.zip", content)], tmp_path / "out").unplaced
+    assert "its files, such as services/" in line and "only files beside the receipt count" in line
+
+
+@pytest.mark.parametrize("text", ["2026-11-02", "2026-11-02 UTC", "2026-11-02+01:00"])
+def test_a_date_without_a_time_of_day_is_told_what_it_lacks(text):
+    with pytest.raises(UsageError, match="has no time of day: write it as '2026-11-20 23:59 UTC'"):
+        parse_time(text)
 
 
 def test_a_bulk_download_of_canvas(tmp_path):

@@ -6,9 +6,12 @@ import os
 from types import SimpleNamespace
 
 import pytest
+from std_msgs.msg import String
 
+from autograder.errors import Wrong
 from autograder.suitekit import judge
 from autograder.suitekit.judge import FULL, Judge
+from autograder.suitekit.ros import LONGEST, sensible
 from autograder.suitekit.untrusted import UNREADABLE
 
 NO_THREAD = RuntimeError("can't start new thread")
@@ -57,3 +60,15 @@ def test_what_cannot_be_read_is_lost_and_no_fault_of_the_graders(read):
         end = error
     verdicts = []
     assert (conclude(end, verdicts.append).fault, len(verdicts)) == ("", 1)
+
+
+def test_an_answer_that_was_too_long_is_told_in_the_test_that_it_lost_and_no_other():
+    """It is judged as if it were empty, and "the message says ''" alone was not true."""
+    verdicts = []
+    assert sensible(String(data="x" * (LONGEST + 1))) == String()
+    conclude(Wrong("status says ''."), verdicts.append)
+    conclude(Wrong("Another."), verdicts.append)
+    first, other = (verdict.message for verdict in verdicts)
+    assert first.endswith("100,000 is read as if it were empty: data of a String had the length 100,001.)")
+    assert other == "Another."
+    assert verdicts[0].certain
