@@ -52,7 +52,8 @@ class Finding:
     scores: list[float]  # of all pairs, rising
     left_out: list[str]  # students without a Python file that can be read and is not too long
     groups: list[Group] = field(default_factory=list)  # of all pairs, the largest first
-    wrapped: list[str] = field(default_factory=list)  # students, each with the files that execute a decoded text
+    hidden: list[str] = field(default_factory=list)  # students, each with the files that do not show what they do
+    doubtful: list[str] = field(default_factory=list)  # students, each with further files that may not show all
 
     @property
     def title(self) -> str:
@@ -107,8 +108,10 @@ def compare(
         )
     left_out = [one.student for one in every if not one.texts]
     groups = _groups(programs, scores, above[0], above[1], (scores[above] >= STRIKING) | (same[above] > 0))
-    wrapped = [f"{one.student} ({', '.join(one.wrapped)})" for one in new if one.wrapped]
-    return Finding(assignment, len(programs), pairs, sorted(map(float, scores[above])), left_out, groups, wrapped)
+    hidden = [f"{one.student} ({', '.join(one.hidden)})" for one in new if one.hidden]
+    doubtful = [f"{one.student} ({', '.join(one.doubtful)})" for one in new if one.doubtful]
+    rising = sorted(map(float, scores[above]))
+    return Finding(assignment, len(programs), pairs, rising, left_out, groups, hidden, doubtful)
 
 
 def _groups(

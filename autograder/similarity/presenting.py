@@ -9,7 +9,8 @@ from autograder.similarity.comparing import Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 
-WRAPPED = "cannot be compared, because these files decode something and execute text: look at what they execute"
+HIDDEN = "cannot be compared, because these files have no class and do not use rclpy: look at what they execute"
+DOUBTFUL = "compared, but these files execute a text, or are to a large part one literal: look at what it is"
 
 
 def describe(finding: Finding) -> str:
@@ -21,8 +22,9 @@ def describe(finding: Finding) -> str:
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
-    if finding.wrapped:
-        lines.append(one_line(f"      {WRAPPED}: {', '.join(finding.wrapped)}"))
+    for why, files in ((HIDDEN, finding.hidden), (DOUBTFUL, finding.doubtful)):
+        if files:
+            lines.append(one_line(f"      {why}: {', '.join(files)}"))
     if finding.left_out:
         left_out = ", ".join(finding.left_out)
         lines.append(
@@ -63,7 +65,9 @@ def _like(pair: Pair) -> str:
 
 def page(findings: Iterable[Finding]) -> str:
     """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
-    return pages.render("similar.html", findings=list(findings), wrapped=WRAPPED, number=lambda value: f"{value:.0f}")
+    return pages.render(
+        "similar.html", findings=list(findings), hidden=HIDDEN, doubtful=DOUBTFUL, number=lambda value: f"{value:.0f}"
+    )
 
 
 def write(findings: Iterable[Finding], target: Path) -> None:

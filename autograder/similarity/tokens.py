@@ -5,11 +5,20 @@ import keyword
 import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 MAX_RESTARTS = 100  # restarts after text in a file that Python cannot tokenize
 
+OPENING, CLOSING = ("(", "[", "{"), (")", "]", "}")
+CONDITIONS = {"if", "elif", "while"}
+BLOCKS = CONDITIONS | {"else", "for", "with", "try", "except", "finally", "def", "class"}
+COMPUTING = {"abs", "bool", "dict", "float", "int", "len", "list", "max", "min", "range", "round", "set", "str", "sum"}
+
 # The kinds of tokens whose text does not count; for all others the text is the kind.
 NAME, NUMBER, STRING, NEWLINE = "n", "0", "s", "\n"
+
+# With what a statement begins that only computes.
+HARMLESS = {NAME, NUMBER, STRING, *OPENING, "-", "+", "~", "not", "True", "False", "None", "assert", "pass", "..."}
 
 
 @dataclass(frozen=True)
@@ -33,6 +42,15 @@ def tokens(text: str) -> list[Token]:
         starts.append(starts[-1] + len(line) + 1)
     found: list[Token] = []
     statement: list[Token] = []
+    depth = 0  # of brackets
+
+    def end_statement(*last: Token) -> None:
+        nonlocal depth
+        if does_something(statement, text):
+            found.extend([*statement, *last])
+        statement.clear()
+        depth = 0
+
     nested = 0  # in f-strings, which are several tokens from Python 3.12 on
     for token in _raw(text):
         start, end = (starts[line - 1] + column for line, column in (token.start, token.end))
@@ -43,17 +61,37 @@ def tokens(text: str) -> list[Token]:
                 start = statement.pop().start
             statement.append(Token(STRING, start, end))
         elif token.type == tokenize.NEWLINE or token.string == ";":
-            if any(part.kind != STRING for part in statement):  # a string alone is a docstring
-                # `if a: return` is one line or two.
-                found += statement if statement[-1].kind == ":" else [*statement, Token(NEWLINE, start, end)]
-            statement = []
+            end_statement(Token(NEWLINE, start, end))
         elif token.type == tokenize.NAME:
             statement.append(Token(token.string if keyword.iskeyword(token.string) else NAME, start, end))
         elif token.type == tokenize.NUMBER:
             statement.append(Token(NUMBER, start, end))
         elif token.type == tokenize.OP:
             statement.append(Token(token.string, start, end))
-    return found + statement
+            depth += (token.string in OPENING) - (token.string in CLOSING)
+            if token.string == ":" and not depth and statement[0].kind in BLOCKS:
+                end_statement()  # `if a: return` is one line or two
+    end_statement()
+    return found
+
+
+def does_something(statement: list[Token], text: str) -> bool:
+    """Return False for a statement that anybody can add anywhere, and nothing changes: `x = 0`, a docstring, `pass`.
+
+    It only computes, by names and literals without any attribute, and gives the results a name at most.
+    """
+    if not statement:
+        return False
+    kinds = [token.kind for token in statement]
+    for before, token in pairwise(statement):
+        called = token.kind == "(" and before.kind in (NAME, ")", "]")
+        if token.kind == "[" and before.kind in (NAME, ")", "]"):
+            return True
+        if called and text[before.start : before.end] not in COMPUTING:
+            return True
+    if "." in kinds or kinds[-1] == ":":
+        return kinds[0] not in CONDITIONS or NAME in kinds
+    return kinds[0] not in HARMLESS
 
 
 def _raw(text: str) -> Iterator[tokenize.TokenInfo]:

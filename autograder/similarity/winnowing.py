@@ -10,11 +10,12 @@ from dataclasses import dataclass
 from hashlib import blake2b
 from typing import NamedTuple
 
+from autograder.similarity.hiding import hides, may_hide, parsed
 from autograder.similarity.tokens import Token, tokens
-from autograder.similarity.wrapping import wraps
 
 K = 12  # tokens in a row that are hashed together
 WINDOW = 5  # grams of which one is kept
+LONG = 20  # characters of a token: the rest of a longer one, a text, does not count as a part of the program
 MAX_PLACES = 20  # shown of one fingerprint in a submission: a million equal lines must not take hours
 
 
@@ -33,23 +34,27 @@ class Program:
     texts: Mapping[str, str]  # by file
     tokens: Mapping[str, list[Token]]  # by file
     prints: Mapping[int, list[Place]]  # the places of each fingerprint
-    wrapped: list[str]  # files that execute a decoded text
+    hidden: list[str]  # files that do not show what they do, and are not compared
+    doubtful: list[str]  # further files that may do something that they do not show
 
 
 def program(student: str, texts: Mapping[str, str], boilerplate: Collection[int]) -> Program:
     """Return a student's submission, `texts` by file, with its fingerprints, which exclude grams in `boilerplate`.
 
-    A file that executes a decoded text has no fingerprints: they would be those of its wrapper.
+    A file that does not show what it does has no fingerprints: they would be those of its wrapper.
     """
-    wrapped = [name for name, text in texts.items() if wraps(text)]
-    found = {name: [] if name in wrapped else tokens(text) for name, text in texts.items()}
+    nodes = {name: parsed(text) for name, text in texts.items()}
+    hidden = [name for name in texts if hides(nodes[name])]
+    found = {name: [] if name in hidden else tokens(text) for name, text in texts.items()}
+    sizes = {name: sum(min(token.end - token.start, LONG) for token in these) for name, these in found.items()}
+    doubtful = [name for name in texts if name not in hidden and may_hide(nodes[name], sizes[name])]
     prints: dict[int, list[Place]] = defaultdict(list)
     for name, these in found.items():
         hashes = grams(these)
         for number in winnow(hashes, boilerplate):
             if len(prints[hashes[number]]) < MAX_PLACES:
                 prints[hashes[number]].append(Place(name, number))
-    return Program(student, texts, found, dict(prints), wrapped)
+    return Program(student, texts, found, dict(prints), hidden, doubtful)
 
 
 def grams(found: list[Token]) -> list[int]:

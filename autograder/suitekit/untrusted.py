@@ -1,4 +1,4 @@
-"""What may go wrong while the grader reads what a student wrote, or what a student's program printed or sent."""
+"""Exceptions that come of reading what a student wrote, or what a student's program printed or sent."""
 
 # What reading raises that no code of the grader's raises by itself: it neither recurses deeply nor has huge numbers.
 NEVER_OURS = (RecursionError, OverflowError)

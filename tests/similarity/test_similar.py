@@ -135,15 +135,92 @@ def test_what_executes_a_packed_text_is_named_and_not_compared(known):
         ("bob", {file: wrapped(texts[file])}),
         ("cy", {file: wrapped(other[file])}),
         ("dee", {file: wrapped(other[file])}),
-        ("eve", {file: texts[file] + "\nvalue = eval('1 + 1')\n"}),
+        ("eve", {file: texts[file] + "\nvalue = eval('1 + 1')\ncode = b'x'.decode()\n"}),
     ]
     found = compare("calculator", handed_in, known, 100)
-    assert found.wrapped == [f"{student} ({file})" for student in ("bob", "cy", "dee")]
+    assert found.hidden == [f"{student} ({file})" for student in ("bob", "cy", "dee")]
+    assert found.doubtful == [f"eve ({file})"]
     alike = {(pair.left, pair.right): pair.score for pair in found.pairs}
     assert alike.keys() == {("ada", "eve"), ("cy", "dee")}  # these two are the same to the letter
     told = presenting.describe(found)
     assert "cannot be compared" in told and "bob (calculator_server.py)" in told
     assert "annot be compared" in presenting.page([found])
+
+
+PACKED = """
+import base64, zlib
+T = zlib.decompress(base64.b64decode("{packed}")).decode()
+"""
+WAYS = {
+    "a name put together": "import builtins\ngetattr(builtins, 'ex' + 'ec')(T)\n",
+    "a function": "import types\ntypes.FunctionType(compile(T, 'm', 'exec'), globals())()\n",
+    "a file": "import runpy\nopen('/tmp/x.py', 'w').write(T)\nrunpy.run_path('/tmp/x.py')\n",
+    "another program": "import os, sys\nos.execv(sys.executable, [sys.executable, '-c', T])\n",
+    "an interpreter": "import code\ncode.InteractiveInterpreter().runsource(T, 'm', 'exec')\n",
+    "a decorator and a class": "@exec\n@lambda f: T\nclass X:\n    pass\n",
+    "a loader": "import importlib.abc\nclass L(importlib.abc.InspectLoader):\n    def get_source(self, n): return T\n",
+    "ROS 2 for show": "import rclpy, ctypes\nctypes.pythonapi.PyRun_SimpleString(T.encode())\n",
+}
+
+
+@pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
+def test_a_packed_program_is_named_however_it_is_executed(known, way):
+    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
+    packed = base64.b64encode(zlib.compress(text.encode())).decode()
+    found = compare(
+        "calculator", [("ada", {file: text}), ("bob", {file: PACKED.format(packed=packed) + way})], known, 5
+    )
+    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+
+
+@pytest.mark.parametrize("lines", ["T = {text!r}\nf = exec\nf(T)\n", '"""{text}"""\nf = exec\nf(__doc__)\n'])
+def test_a_program_as_a_literal_is_named(known, lines):
+    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"].replace('"""', "")
+    found = compare("calculator", [("bob", {file: lines.format(text=text)})], known, 5)
+    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_no_right_answer_seems_to_hide_anything(exercise):
+    """One of them calls eval, and is compared all the same."""
+    handed_in = {name: programs(files) for name, files in answers.load(exercise).RIGHT.items()}
+    evaluating = {name for name, texts in handed_in.items() if "eval(" in "".join(texts.values())}
+    found = compare(exercise, handed_in.items(), [], 1)
+    assert (found.hidden, {each.partition(" (")[0] for each in found.doubtful}) == ([], evaluating)
+
+
+JUNK = [
+    "x = 0",
+    "len('ab')",
+    "y = [1, 2]",
+    "assert True",
+    "z = {1: 2}",
+    "if False: pass",
+    "a, b = 1, 2",
+    "k = max(3, 4)",
+]
+
+
+def test_statements_without_effect_hide_no_copy(known):
+    """One after each statement left an eighth in common."""
+
+    class Junk(ast.NodeTransformer):
+        def generic_visit(self, node):
+            super().generic_visit(node)
+            for field in ("body", "orelse", "finalbody"):
+                if isinstance(old := getattr(node, field, None), list):
+                    setattr(node, field, [new for each in old for new in (each, *self.junk())])
+            return node
+
+        def junk(self):
+            self.number = getattr(self, "number", 0) + 1
+            return ast.parse(JUNK[self.number % len(JUNK)]).body
+
+    texts = programs(REFERENCE)
+    mixed = {name: ast.unparse(Junk().visit(ast.parse(text))) for name, text in texts.items()}
+    handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
+    found = compare("calculator", [*handed_in, ("ada", texts), ("bob", mixed)], known, 1)
+    assert {found.pairs[0].left, found.pairs[0].right} == {"ada", "bob"} and found.pairs[0].score > 60
 
 
 def test_what_everybody_has_counts_little(known):
