@@ -33,6 +33,12 @@ Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier h
 
 INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
 LOOKALIKES = {"LATIN", "GREEK", "CYRILLIC", "ARMENIAN", "CHEROKEE", "COPTIC"}  # scripts whose letters look alike
+# Small letters of other scripts, digits and signs that are seen as Latin letters; the last ones are not seen at all.
+SEEN_AS = str.maketrans(
+    "\u0430\u0441\u0435\u043e\u0440\u0445\u0443\u0456\u0458\u0455\u0501\u04bb\u051b\u051d\u03b1\u03bf\u03c1\u03bd\u03c5\u03b9\u03ba\u01311|0",
+    "aceopxyijsdhqwaopvuikillo",
+    "\u115f\u1160",
+)
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # `course hand-in` numbers those of one second
 
 
@@ -117,7 +123,9 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
     """Note on each hand-in if its student's name could be taken for another one: anybody can choose such a name."""
 
     def seen(name: str) -> str:
-        return unicodedata.normalize("NFKC", name).casefold()
+        folded = unicodedata.normalize("NFKD", name.replace("I", "l")).casefold()  # a capital i is seen as an l
+        bare = "".join(letter for letter in folded if not unicodedata.combining(letter))
+        return bare.translate(SEEN_AS)
 
     alike: dict[str, list[str]] = defaultdict(list)
     for name in sorted(entry.name for entry in into.iterdir() if not entry.name.startswith(".")):

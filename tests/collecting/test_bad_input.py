@@ -342,7 +342,8 @@ def test_students_names_that_look_alike_have_a_look(tmp_path):
     for number, name in enumerate(names):
         handed_in(tmp_path / "in" / str(number), name)
     looks = {each.student: each.remark for each in collect([tmp_path / "in"], tmp_path / "out").laid_out}
-    assert looks["ok"] == "its student's name looks like that of OK and oK: whose is it?"
+    cyrillic = "\N{CYRILLIC SMALL LETTER O}k"
+    assert looks["ok"] == f"its student's name looks like that of OK and oK and {cyrillic}: whose is it?"
     assert "of OK and ok" in looks["oK"] and "and ok" in looks["OK"]
     assert "mixes Cyrillic and Latin letters" in looks["\N{CYRILLIC SMALL LETTER O}k"]
     assert not any(looks[name] for name in names[4:])
@@ -352,3 +353,21 @@ def test_a_pipe_in_place_of_the_roster_is_a_line(tmp_path):
     os.mkfifo(tmp_path / ".roster.csv")
     with pytest.raises(UsageError, match="is not an ordinary file"):
         of_class(tmp_path, None)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("cope", "\u0441\u043e\u0440\u0435"),
+        ("llam", "lIam"),
+        ("llam", "l1am"),
+        ("ada", "ad\u1ea1"),
+        ("ada", "ada\u3164"),
+        ("ilker", "\u0131lker"),
+    ],
+)
+def test_a_name_that_is_seen_as_another_is_marked_whatever_its_letters(tmp_path, one, other):
+    for name in (one, other):
+        handed_in(tmp_path / "in" / str(ord(name[-1])) / name, name)
+    laid = collect([tmp_path / "in"], tmp_path / "out").laid_out
+    assert len(laid) == 2 and all("looks like that of" in each.remark for each in laid)
