@@ -58,6 +58,7 @@ from autograder.hidden.actions.judging import (
 )
 from autograder.hidden.actions.rides import Ride, counted, floors_heard, follows, steps, way
 from autograder.suitekit import Bench, Crashed, TimedOut, Wrong, expect_gives_up, expect_usage, numbers, points, twice
+from autograder.suitekit.actions import Goal
 
 MOMENT = 1.0  # s that something may take that must not wait for a long step
 SLOWER = 0.06  # s that the fastest of many short steps may take longer than step_period
@@ -209,8 +210,21 @@ def test_cancel(cancelled: Cancelled) -> None:
                 f"The request to cancel was refused; the goal then {cancelled.how(goal.status)}. A cancel_callback "
                 "must accept it while the goal runs: if you have one, was a thread free to run it?"
             )
+        expect_begun(goal)
         expect_over(Ride(cancelled.floors, goal), goal.cancel_sent, STEP, "A goal that is cancelled")
         expect_no_other_step(goal, goal.cancel_answered, "When the request to cancel is accepted,")
+
+
+def expect_begun(goal: Goal) -> None:
+    """A cancelled goal must have made steps, by its feedback or its result: else nothing shows that it makes no other.
+
+    That both tell of each step, other tests judge.
+    """
+    if not goal.feedback and not goal.result.stops and not goal.result.floor:
+        raise Wrong(
+            "This is judged only of a lift that moves: before its cancel, a goal told of no step, and its result has "
+            "no stop, and floor 0."
+        )
 
 
 @points(0.5, cell="lift-server")
@@ -220,6 +234,7 @@ def test_cancelled_result(cancelled: Cancelled) -> None:
     with cancelled.sample() as goal:
         if not goal.cancel_sent:
             raise Wrong("The goal was over before it could be cancelled, so there is no result of a cancelled goal.")
+        expect_begun(goal)
         ride = Ride(cancelled.floors, goal)
         ended(ride, "CANCELED", "A cancelled goal must end as CANCELED: call goal_handle.canceled().", cancelled)
         expect_so_far(ride, "a cancelled goal")

@@ -37,6 +37,7 @@ class Calculator(Server):
             str, Fault
         ] = {}  # operations that get no answer to an ordinary request, with what came of it
         self._abilities: list[str] | None = None
+        self._refused: list[str] = []  # operations whose result is right, but not their success
         self._asked: set[float] = set()  # first numbers
 
     def ask(self, a: float, operation: str, b: float) -> Any:
@@ -82,22 +83,24 @@ class Calculator(Server):
     def abilities(self) -> list[str]:
         """The operations that it has been shown to do: right for two positive numbers, but for rounding and the sign.
 
+        With success True: who refuses everything has shown nothing of what can be done.
         Tests of something else than an operation use these, so that a mistake in one operation costs that one alone.
         Raises Wrong, or what came of asking, when there is none.
         """
         if self._abilities is None:
             rng = self.bench.random("abilities")
-            self._abilities = []
+            self._abilities, self._refused = [], []
             for operation in ANSWERS:
                 tried = self._tried([(a, operation, b) for a, b in (plain_numbers(rng), plain_numbers(rng))])
                 if all(response is not None and about_right(question, response) for question, response in tried):
-                    self._abilities.append(operation)
+                    succeeds = all(response.success for _, response in tried)
+                    (self._abilities if succeeds else self._refused).append(operation)
         if not self._abilities:
             if len(self._broken) == len(ANSWERS):
                 raise next(iter(self._broken.values()))
             raise Wrong(
                 "This is judged only in a server that gives right answers, and none of the four operations gives the "
-                "right result."
+                f"right result{' with success True' if self._refused else ''}."
             )
         return self._abilities
 

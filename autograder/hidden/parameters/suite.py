@@ -633,6 +633,7 @@ def test_reasons(pid: PidNode, controls: None, rng: random.Random) -> None:
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.bench.hide(low, high)
     refused = 0
+    expect_accepting(pid, output_min=low, output_max=high)
     for about, values in (
         ("An output_min above output_max", {"output_min": high + 1.5}),
         ("An output_max below output_min", {"output_max": low - 1.5}),
@@ -682,6 +683,15 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.expect_set("An output_max a little above the stored output_min,", output_max=low + JUST)
 
 
+def expect_accepting(pid: PidNode, **values: float) -> None:
+    """The node must accept good values, set together or alone: who refuses all has not shown what must be refused."""
+    if refused := [name for name, result in pid.store(values).items() if not result.successful]:
+        raise Wrong(
+            "This is judged only in a node that accepts what it must accept: good values were refused, for "
+            f"{' and '.join(refused)}."
+        )
+
+
 def is_refused(pid: PidNode, bad: Mapping[str, float]) -> bool:
     """Whether the node refuses to set these together; False when it dies of it, which another test judges."""
     try:
@@ -696,6 +706,7 @@ def test_nan_limits(pid: PidNode, controls: None, rng: random.Random) -> None:
     """NaN as a limit is refused, set alone or together with others."""
     low, high = -rng.randrange(5, 30) / 4, rng.randrange(5, 30) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
+    expect_accepting(pid, output_min=low, output_max=high)
     for name, other, value in (("output_min", "output_max", high + 1), ("output_max", "output_min", low - 1)):
         pid.expect_refusal(f"NaN as {name}", False, **{name: math.nan})
         pid.expect_refusal(f"NaN as {name}, set together with {other},", False, **{name: math.nan, other: value})
@@ -728,6 +739,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         begin_integral(pid, error, **gains)
         return send_often(pid, error)
 
+    expect_accepting(pid, **gains)
     last, refused = fill(), 0
     grows = pid.send(error).effort > last.effort
     last = pid.send(error)

@@ -37,6 +37,7 @@ COMMANDS = ((ENABLE, True), (ENABLE, False), (STOP, True), (STOP, False))
 QUOTED = 100  # characters of a message that its student is shown
 RELAY, ADD = "/relay", "/add_two_ints"
 CALLERS = 6  # at once
+SUMS = 10**8, 2 * 10**9  # what /add_two_ints answers: such as no message has by chance, and 32 bits hold
 HELD = 4.0  # s that /add_two_ints holds an answer back at most, until the grader has seen what it wanted to see
 TRIES = 4  # calls that are timed at most
 COMES = 3  # times at most that /add_two_ints comes back, until the relay finds it soon
@@ -225,6 +226,15 @@ class Motors(Server):
                         self._table[state, service, on] = response, self.current()
         return self._table
 
+    def expect_answer(self, state: str, service: str, on: bool) -> None:
+        """A command that is answered in one state must be answered in this one, too; raises the fault if it is not.
+
+        One that is answered in no state costs other points.
+        """
+        known = self.table()
+        if (state, service, on) not in known and any(row[1:] == (service, on) for row in known) and self.bring(state):
+            self.command(service, on)
+
     def forget(self) -> None:
         """Have `table` find it out once more."""
         self._table = {}
@@ -290,11 +300,17 @@ class Motors(Server):
             )
 
     def _call(self, name: str, request: Any, second: bool) -> Any:
+        stopped = name == ENABLE and self._pressed
+
         def question(limit: float, alive: Alive) -> Any:
             ros, clients = (self.second, self.second_clients) if second else (self.ros, self.clients)
+            if stopped and not self._pressed and wait_until(self.clients[STOP].service_is_ready, limit):
+                # A new start, which knows nothing of the stop during which this is asked.
+                self._pressed = self.ros.call(self.clients[STOP], SetBool.Request(data=True), limit, alive) is not None
             return ros.call(clients[name], request, limit, alive)
 
-        response = self.converse(question, f"a request to {name}", offer(name))
+        what = f"a request to {name}{' during an emergency stop' if stopped else ''}"
+        response = self.converse(question, what, offer(name))
         self._answers += 1
         if self.unclear is None and says(response.message) is None:
             self.unclear = name, self._answers, response.message
@@ -374,7 +390,7 @@ class Adder:
     def _answer(self, request: Any, response: Any) -> Any:
         let_go = threading.Event()
         with self._lock:
-            response.sum = self._rng.randrange(10**8, 10**12) if self.fixed is None else self.fixed
+            response.sum = self._rng.randrange(*SUMS) if self.fixed is None else self.fixed
             self.requests.append((request.a, request.b))
             self.sums.append(response.sum)
             holds = self._holds
@@ -426,6 +442,7 @@ class Relay(Server):
         self._has_succeeded = False
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
+        self._latest = "", 0  # the message of the latest call, and the number of sums that were answered before it
 
     @property
     def has_been_silent(self) -> bool:
@@ -480,7 +497,8 @@ class Relay(Server):
 
     def relay(self) -> Any:
         """Its response; with a server to call, once it has had time to find it."""
-        start = time.monotonic()
+        start, adder = time.monotonic(), self._adder
+        before = len(adder.sums) if adder else 0
         response = self._relay()
         if self.served and self._settled != self.starts:
             response = response if response.success else self.wait_for_success()
@@ -488,7 +506,22 @@ class Relay(Server):
         if not response.success:
             self._note_refusal(start)
         self._has_succeeded = self._has_succeeded or response.success
+        self._latest = response.message, before if self._adder is adder else 0
         return response
+
+    def expect_own_sum(self, about: str) -> None:
+        """The message of the latest call must contain what /add_two_ints has answered to it; `about` tells which."""
+        message, before = self._latest
+        if not self.tells_own_sum(message, before):
+            raise Wrong(
+                f"{about} must be answered with the sum that {ADD} answered to this very call: the message is "
+                f"{masked(message)}, and does not contain it.",
+                f"answered {self.adder.sums[before:]}",
+            )
+
+    def tells_own_sum(self, message: str, before: int) -> bool:
+        """Whether a message contains a sum that /add_two_ints has answered since its answer number `before`."""
+        return not {*whole_numbers(message)}.isdisjoint(self.adder.sums[before:])
 
     def wait_for_success(self) -> Any:
         """Its response, asked again and again until that has success True, or the time to find a server is over."""

@@ -14,6 +14,7 @@ from typing import Any
 from autograder.hidden.services.conversation import (
     ADD,
     CALLERS,
+    COMMANDS,
     DISABLED,
     ENABLE,
     ENABLED,
@@ -133,6 +134,9 @@ def test_success(motors: Motors) -> None:
         for (state, service, on), (response, _) in motors.table().items():
             refused = (state, service, on) == (STOPPED, ENABLE, True)
             expect_success(response, not refused, f"{service} with data {on}", state)
+    for state in STATES:
+        for service, on in COMMANDS:
+            motors.expect_answer(state, service, on)
     for state in STATES if motors.status_answers else ():
         if motors.bring(state):
             expect_success(motors.status(), True, STATUS, state)
@@ -214,6 +218,10 @@ def test_repeating_changes_nothing(motors: Motors) -> None:
                     f"{service} with data {on} has nothing to do when the motors are {state}: they must stay so, but "
                     f"then {motors.witness} says {quoted(now)}."
                 )
+    for state in STATES:
+        for service, on in COMMANDS:
+            if after(state, service, on) == state:
+                motors.expect_answer(state, service, on)
     ends = []
     for stops in (1, 2):
         motors.bring(DISABLED)
@@ -281,6 +289,7 @@ def test_relay_sends_parameters(relay: Relay) -> None:
             f"(--ros-args -p a:=... -p b:=...); it held {how}.",
             f"sent {asked}, not {relay.numbers}",
         )
+    relay.expect_own_sum("A call with the parameters of the command line")
 
 
 @points(0.5, cell="relay")
@@ -310,6 +319,7 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
                 "of a and b; it held other numbers.",
                 f"sent {asked}, not {now}",
             )
+        relay.expect_own_sum(f"After a change of {what} while the relay ran, a call")
 
 
 @points(0.5, cell="relay")
@@ -337,8 +347,9 @@ def test_several_callers(relay: Relay, rng: random.Random) -> None:
             f"{CALLERS} clients called {RELAY} at once: one was answered with {shown(odd[0])}, while one client alone "
             f"is answered with {shown(alone)}."
         )
-    sums = [relay.sum_in(response.message) for response in responses]
-    if relay.sum_in(alone.message) is not None and (None in sums or len(set(sums)) < CALLERS):
+    answered = relay.adder.sums[before:]
+    sums = [next((n for n in whole_numbers(response.message) if n in answered), None) for response in responses]
+    if None in sums or len(set(sums)) < CALLERS:
         raise Wrong(
             f"{CALLERS} clients called {RELAY} at once, and each must get the answer of {ADD} to its own call: of "
             f"{CALLERS} different sums {len({*sums} - {None})} arrived.",
@@ -353,6 +364,7 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
     relay.relay()
     for index, which in [(0, "first"), (-1, "second")]:
         relay.vary(rng)
+        before = len(relay.adder.sums)
         with relay.adder.holding():
             futures = relay.send(count=2)
             relay.adder.hold_no_more()
@@ -370,10 +382,12 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
                     f"Two callers wait, and {ADD} answers the question of the {which}: the other caller was answered."
                 )
             message = futures[index].result().message
-            if relay.sum_in(message) == of_the_other:
+            told_sum = relay.sum_in(message)  # a message without any sum is judged by other tests
+            if told_sum == of_the_other or not (told_sum is None or relay.tells_own_sum(message, before)):
+                whose = "the other" if told_sum == of_the_other else "an earlier call"
                 raise Wrong(
                     f"Two callers wait, and {ADD} answers the question of the {which}: its caller was told the sum of "
-                    "the other."
+                    f"{whose}."
                 )
         relay.all_answered(futures)
 
@@ -416,6 +430,7 @@ def test_slow_answer(relay: Relay, rng: random.Random) -> None:
     usual = relay.relay()
     quick = time.monotonic() - start
     relay.vary(rng)
+    before = len(relay.adder.sums)
     with relay.adder.holding(TAKES + SLACK):
         futures = relay.send()
         start = time.monotonic()
@@ -436,6 +451,11 @@ def test_slow_answer(relay: Relay, rng: random.Random) -> None:
     relay.all_answered(futures)
     if response.success != usual.success:
         raise Wrong(f"{ADD} took {TAKES} s for its answer, and {RELAY} answered with {shown(response)}.")
+    if not relay.tells_own_sum(response.message, before):
+        raise Wrong(
+            f"{ADD} took {TAKES} s for its answer, and the message must contain this sum: {RELAY} answered with "
+            f"{shown(response)}."
+        )
     if late > quick + max(LATE, LOADED * relay.round_trip()):  # how long a quick answer takes, another test judges
         raise Wrong(
             f"{ADD} took some seconds for its answer, which must go to the caller as soon as it is there: {RELAY} "
@@ -612,14 +632,11 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
         happened = [f"motors that were {before} got {STOP} with data True"]
         expect_still(motors, happened, "must not run")
         for service, on in meanwhile:
-            motors.attempt(service, on)
+            motors.command(service, on)  # motors that give no answer have not shown that they stand still
             happened.append(f"{service} with data {on}")
             expect_still(motors, happened, "must stay stopped")
-        for again in False, True:
-            if again:
-                motors.attempt(STOP, False)
-            else:
-                motors.command(STOP, False)
+        for _ in "12":
+            motors.command(STOP, False)
             happened.append(f"{STOP} with data False")
             expect_still(motors, happened, "must be disabled when the stop ends, and not start")
     if motors.bring(DISABLED) and motors.overlap(wish, (STOP, True)):

@@ -1121,6 +1121,13 @@ WRONG = {
             "aborted_result",
         },
     ),
+    "waits where it should move": (
+        server(
+            ("            self.floor += 1 if left[0] > self.floor else -1\n            self.stop(stops, left)\n", ""),
+            (PUBLISH, ""),
+        ),
+        SERVER_TESTS - {"rejects", "block_is_answered"},
+    ),
     "never looks for a cancel": (server((CANCEL, "")), {"cancel", "cancelled_result", "cancel_while_waiting"}),
     "cancelled goal has an empty result": (
         server((CANCEL, CANCEL.replace("break", "return Lift.Result()"))),
@@ -1910,7 +1917,7 @@ NOTHING = {
     "no goal ever ends; a client that says no",
 }
 SEVERAL = {"the chapter's programs"}
-USELESS = {"another name", "another type", "never begins an accepted goal"}
+USELESS = {"another name", "another type", "never begins an accepted goal", "waits where it should move"}
 SILENT = {
     "another name",
     "no goal ever ends; a client that says no",

@@ -668,6 +668,16 @@ WRONG = {
         node(("return SetParametersResult(\n" + REASON, "raise ValueError('wrong order')")),
         {"limits_in_order", "equal_limits", "nan_limits", "reasons"},
     ),
+    "every set of a gain is refused": (
+        node(
+            (
+                RULE,
+                "if {param.name for param in params} & {'kp', 'ki', 'kd'}:\n"
+                "            return SetParametersResult(successful=False, reason='not now')\n        " + RULE,
+            )
+        ),
+        {"all_or_nothing", "ki_starts_the_integral_again", "limits_together", "new_gain", "out_of_range"},
+    ),
     "limits in the wrong order are accepted when both are set": (
         node(
             (
@@ -1563,6 +1573,7 @@ DETAIL = {
     "no slope in a step below 10 ms",
     "a step of a second at most",
 }
+BROAD = {"every set of a gain is refused"}
 SILENT = {
     "no answer to an error of 0",
     "an effort that has not changed is not published",

@@ -590,6 +590,7 @@ SERVED = ALONE | {
     "changed_parameters",
     "slow_answer",
 }
+UNTOLD = {"relay_answers", "relay_sends_parameters", "changed_parameters", "several_callers", "slow_answer"}
 ABSENT = {"without_add_two_ints", "goes_on_afterwards"}
 STOP_TESTS = {"emergency_stop", "stays_still", "success"}
 MOTOR_TESTS = STOP_TESTS | {
@@ -676,7 +677,7 @@ HELPER = """import threading
         rclpy.spin_until_future_complete(self, future, self.helper)"""
 
 # What is lost by a relay that answers before /add_two_ints has.
-TOO_EARLY = {"relay_answers", "no_caller_waits_for_another", "goes_on_serving", "slow_answer"}
+TOO_EARLY = UNTOLD | ALONE
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
@@ -810,6 +811,24 @@ WRONG = {
         ),
         {"stays_still"},
     ),
+    "motors hang instead of refusing": (
+        motors(
+            (REFUSE, "while request.data and self.stopped:\n            time.sleep(1.0)\n        " + REFUSE),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+        ),
+        {"repeating_changes_nothing", "stays_still", "success"},
+    ),
+    "motors end instead of refusing": (
+        motors((REFUSE, "if request.data and self.stopped:\n            raise SystemExit\n        " + REFUSE)),
+        {"repeating_changes_nothing", "stays_still", "success"},
+    ),
+    "motors hang when there is no stop to end": (
+        motors(
+            (STOPS, "        while not (request.data or self.stopped):\n            time.sleep(1.0)\n" + STOPS),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+        ),
+        {"repeating_changes_nothing", "stays_still", "success"},
+    ),
     "a refused enable is remembered": (motors((SWITCH, "self.enabled = request.data")), {"stays_still"}),
     "the end of a stop that is not on disables": (
         motors((STOPS, "        self.stopped = request.data\n        self.enabled = False\n")),
@@ -913,13 +932,24 @@ WRONG = {
         {"last_command_counts"},
     ),
     "relay adds by itself": (relay((AWAIT, "AddTwoInts.Response(sum=a + b)")), SERVED | {"goes_on_afterwards"}),
-    "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), {"relay_answers"}),
-    "relay shows a number without end": (relay(("{answer.sum}", "1e999")), {"relay_answers"}),
+    "relay shows its own sum": (relay(("{answer.sum}", "{a + b}")), UNTOLD),
+    "relay shows a number without end": (relay(("{answer.sum}", "1e999")), UNTOLD),
+    "relay shows 1 more than the sum": (relay(("{answer.sum}", "{answer.sum + 1}")), UNTOLD),
+    "relay says the same each time": (relay(("f'{a} + {b} = {answer.sum}'", "'done'")), UNTOLD),
+    "relay shows the sum of the call before": (
+        relay(
+            (
+                "        response.message = f'{a} + {b} = {answer.sum}'\n",
+                "        response.message, self.before = str(getattr(self, 'before', answer.sum)), answer.sum\n",
+            )
+        ),
+        UNTOLD | ONE_BY_ONE,
+    ),
     "relay has no success": (
         relay((SUCCESS, SUCCESS.replace("True", "False"))),
         {"relay_answers", "goes_on_afterwards"},
     ),
-    "relay has no message": (relay(("response.message = f'{a} + {b} = {answer.sum}'", "pass")), {"relay_answers"}),
+    "relay has no message": (relay(("response.message = f'{a} + {b} = {answer.sum}'", "pass")), UNTOLD),
     "relay keeps its first answer": (
         relay(
             (
@@ -1584,6 +1614,8 @@ USELESS = {
 }
 
 SILENT = {
+    "motors hang instead of refusing",
+    "motors hang when there is no stop to end",
     "status under another name",
     "relay has no success",
     "relay blocks its one thread",
