@@ -523,9 +523,9 @@ class Follower(TopicProgram):
 
         return self.ask(go, "the scans of a drive")
 
-    def beyond_any_robot(self) -> Twist | None:
-        """The first command of this start that no robot could carry out."""
-        return next((heard.message for heard in self.commands.heard if not is_possible(heard.message)), None)
+    def beyond_any_robot(self) -> str:
+        """The numbers that no robot could carry out of the first such command of this start; empty if there is none."""
+        return next(filter(None, (impossible(heard.message) for heard in self.commands.heard)), "")
 
     def _show(self, scan: LaserScan, hertz: float, seconds: float) -> None:
         """Send the scan again and again, in real time."""
@@ -558,10 +558,14 @@ class StandstillWatch:
             raise StandstillError
 
 
-def is_possible(command: Twist) -> bool:
-    """Whether a robot could carry out a command: its numbers are finite, and no larger than those of any robot."""
-    limits = ((command.linear, FASTEST), (command.angular, FASTEST_TURN))
-    return all(abs(getattr(part, axis)) <= limit for part, limit in limits for axis in "xyz")  # NaN is not
+def impossible(command: Twist) -> str:
+    """The numbers of a command that are not finite, or larger than those of any robot, with their names."""
+    numbers = {
+        f"{part}.{axis}": (getattr(getattr(command, part), axis), limit)
+        for part, limit in (("linear", FASTEST), ("angular", FASTEST_TURN))
+        for axis in "xyz"
+    }
+    return " and ".join(f"{name} {number:.3g}" for name, (number, limit) in numbers.items() if not abs(number) <= limit)
 
 
 def code(name: str, distance: float) -> float:

@@ -907,6 +907,21 @@ WRONG = {
         remembering("if self.asked == 101:", "    return {'linear': 0.3, 'angular': -1e308}"),
         {"hall"},
     ),
+    "the robot is told to slide after a hundred decisions": (
+        changed(
+            remembering("if self.asked == 101:", "    self.sideways = float('nan')"),
+            NODE,
+            (
+                "cmd.angular.z = action['angular']",
+                "cmd.angular.z = action['angular']\n            cmd.linear.y = getattr(self.agent, 'sideways', 0.0)",
+            ),
+        ),
+        {"hall"},
+    ),
+    "both distances are the nearest of all beams": (
+        node((" & (low <= degrees) & (degrees < high)", "")),
+        {"sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise"} | VALUES | ROOMS,
+    ),
     "after fifty decisions it drives to and fro beside the wall": (
         remembering(
             "if self.asked > 50:", "    return {'linear': 0.3 if self.asked % 20 < 10 else -0.3, 'angular': 0.0}"
