@@ -149,6 +149,7 @@ def judge_operation(calculator: Calculator, rng: random.Random, operation: str) 
     calculator.expect(0.0, operation, b, "a = 0", ROUNDING)
     if operation != "divide":
         calculator.expect(a, operation, 0.0, "b = 0", ROUNDING)
+    a, _ = calculator.new_numbers(rng)
     if operation in (like := {"add": -a, "subtract": a}):
         calculator.expect(a, operation, like[operation], "numbers that make 0", ROUNDING)
 

@@ -833,7 +833,7 @@ WRONG = {
     ),
     "client looks at the result for success": (
         client(("if not response.success", "if not response.result")),
-        {"client_shows_message", "client_exit_status"},
+        {"client_shows_result", "client_shows_message", "client_exit_status"},
     ),
     "client shows no sign": (client(("{response.result}", "{abs(response.result)}")), {"client_shows_result"}),
     "client has success when it is refused": (
