@@ -740,6 +740,7 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         begin_integral(pid, error, **gains)
         return send_often(pid, error)
 
+    pid.arrange(**gains)
     for name, gain in gains.items():
         expect_accepting(pid, **{name: gain})
     last, refused = fill(), 0
