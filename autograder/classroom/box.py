@@ -34,8 +34,9 @@ TERMINALS = 64  # pseudo-terminals of a student's box; the machine has only some
 ALONE = ["unshare", "--net", "--mount", "--pid", "--fork", "--kill-child", "--mount-proc", "--"]
 # Mounted over bubblewrap's own file systems, which have no size limit.
 MOUNT_TERMINALS = f"mount -t devpts -o newinstance,ptmxmode=0666,mode=620,max={TERMINALS} devpts /dev/pts"
-STAFFS = {"assignment-list": True, "course-list": True, "create-assignment": True, "formgrader": True}
-STUDENTS = {"assignment-list": True, "course-list": False, "create-assignment": False, "formgrader": False}
+STAFF_ONLY = ("course-list", "create-assignment", "formgrader", "validate-assignment")  # of nbgrader's extensions
+STAFFS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, True)
+STUDENTS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, False)
 
 
 def home(member: Member) -> str:
@@ -152,7 +153,8 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
     """Return Jupyter's and nbgrader's configuration files, by their path in CONFIGURATION."""
     extensions = STAFFS if member.instructor else STUDENTS
     servers = {f"nbgrader.server_extensions.{name.replace('-', '_')}": on for name, on in extensions.items()}
-    servers.pop("nbgrader.server_extensions.create_assignment")  # it has no server extension
+    for only_a_page in ("create_assignment", "validate_assignment"):  # the server's part of the second does no harm
+        servers.pop(f"nbgrader.server_extensions.{only_a_page}")
     idle = classroom.limits
     look = serve.every(idle.kernel_idle)
     server: dict[str, dict[str, object]] = {

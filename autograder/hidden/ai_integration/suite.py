@@ -558,7 +558,8 @@ def drive(driver: Follower, kind: str, laser: Laser, rng: random.Random) -> Wron
         simulation = driver.drive(room, laser, seed, SECONDS)
         if odd := driver.beyond_any_robot():
             return Wrong(
-                f"Each command must be one that a robot can carry out: in the drive, the node commanded {odd}."
+                f"Each command must be one that a robot can carry out: in the drive, the node commanded {odd}.",
+                certain=True,
             )
         driven = look_back(simulation)
         if driven.passed:
