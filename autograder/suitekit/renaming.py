@@ -29,8 +29,7 @@ class Renamed(dict[Topic, str]):
             does = "publish" if topic.publish else "subscribe"
             raise Wrong(
                 f"{file} must {does} the topic {topic.name} ({topic.kind}). It {does}{'es' if topic.publish else 's'} "
-                f"{found} instead. (All other tests were run with this name replaced.)",
-                certain=True,
+                f"{found} instead. (All other tests were run with this name replaced.)"
             )
 
 
