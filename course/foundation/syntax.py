@@ -1,6 +1,7 @@
 """Syntax trees of Python programs."""
 
 import ast
+import contextlib
 import threading
 
 TRIES = 5
@@ -14,11 +15,8 @@ def syntax_tree(text: str) -> ast.Module:
     two of them meet, as when a finalizer lets another thread run (CPython issue 106905).  The lock keeps those of the
     course apart; IPython's parsing of a cell can still meet one of them.
     """
-    for _ in range(TRIES - 1):
-        try:
-            with _one_at_a_time:
-                return ast.parse(text)
-        except SystemError:
-            continue
     with _one_at_a_time:
+        for _ in range(TRIES - 1):
+            with contextlib.suppress(SystemError):
+                return ast.parse(text)
         return ast.parse(text)

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 from course.foundation.cells import Cell
-from course.foundation.syntax import syntax_tree
+from course.session.source import parse
 
 SESSION = "ros"  # the session's name in the notebooks
 MAGIC = "%%exercise"
@@ -29,15 +29,10 @@ def names_of(source: str) -> Names:
     """Return the names that a cell makes and uses; none for a cell magic, or a cell that is not Python."""
     if source.lstrip().startswith("%%"):
         return Names()
-    lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
-    try:
-        tree = syntax_tree("\n".join(lines))
-    except SyntaxError:
-        return Names()
     made: set[str] = set()
     used: set[str] = set()
     called: set[str] = set()
-    for statement in tree.body:
+    for statement in parse(source).body:
         table = symtable.symtable(ast.unparse(_Comprehensions().visit(statement)), "cell", "exec")
         makes = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
         reads = set(_read(table, later=False))
