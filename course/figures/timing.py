@@ -19,19 +19,20 @@ AROUND = 10  # calls before and after one that count for its median
 @plain
 @fitting
 def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a call takes, call by call") -> Picture:
-    """Round-trip times (s) of calls, in order, a colour for each name in `series`; the axis is logarithmic.
+    """Round-trip times (s) of calls, in order, with a colour and a marker for each name in `series`.
 
-    A dot is a call, and the line is the median of the calls around it: a call delayed by another program on the machine
-    is a dot far from the line.  Raises CourseError for anything but numbers, and for more than four series.
+    A marker is a call, and the line is the median of the calls around it: a call delayed by another program on the
+    machine is a marker far from the line.  The axis is logarithmic.  Raises CourseError for anything but numbers, and
+    for more than four series.
     """
     drawable = numbers(series, "round_trips", MOST)
     picture = Picture("service round trips", 3.6)
     axes = style(picture.figure.add_subplot(), title, "Number of the call", "Round-trip time (ms, logarithmic)")
     facts, dots, lines = [], [], []
-    looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("-", "--", ":", "-."), strict=True)
-    for (name, times), (color, line) in zip(drawable.items(), looks, strict=False):
+    looks = zip((BLUE, ORANGE, GREEN, PURPLE), ("-", "--", ":", "-."), (".", "x", "+", "|"), strict=True)
+    for (name, times), (color, line, marker) in zip(drawable.items(), looks, strict=False):
         calls, values = np.arange(1, len(times) + 1), 1e3 * times
-        dots += axes.plot(calls, values, ".", markersize=3, alpha=0.5, color=color)
+        dots += axes.plot(calls, values, marker, markersize=3, alpha=0.5, color=color)
         medians = [np.median(values[max(0, call - AROUND) : call + AROUND + 1]) for call in range(len(values))]
         lines += axes.plot(calls, medians, line, color=color, linewidth=2, label=name)
         if len(values):
@@ -43,7 +44,7 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
     if lines:
-        sizeable = tuple(Line2D([], [], marker=".", linestyle="", color=dot.get_color()) for dot in dots)
+        sizeable = tuple(Line2D([], [], marker=dot.get_marker(), linestyle="", color=dot.get_color()) for dot in dots)
         around = f"median of {2 * AROUND + 1} calls"
         legend(picture.figure, 2, [*lines, sizeable, (*lines,)], [*series, "one call", around])
     return picture

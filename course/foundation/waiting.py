@@ -1,9 +1,11 @@
 """Waiting until a condition holds, for a limited time."""
 
+import math
 import threading
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
+from numbers import Real
 from typing import TypeVar
 
 from course.errors import CourseError
@@ -53,14 +55,11 @@ def wait_until(
     return found
 
 
-def time_limit(limit: float) -> float:
-    """Return the time limit of a wait; raises CourseError unless it is a number."""
-    try:
-        if limit == limit + 0.0:  # not NaN
-            return limit
-    except TypeError:
-        pass
-    raise CourseError(f"a time limit is a number of seconds, such as `timeout=5.0`, not {limit!r:.40}")
+def time_limit(limit: object) -> float:
+    """Return the time limit of a wait; raises CourseError unless it is a number (of s; infinity is one)."""
+    if isinstance(limit, bool) or not isinstance(limit, Real) or math.isnan(limit):
+        raise CourseError(f"a time limit is a number of seconds, such as `timeout=5.0`, not {limit!r:.60}")
+    return float(limit)
 
 
 class Lasting:

@@ -26,7 +26,7 @@ from rclpy.task import Future
 
 from course import environment, recorders
 from course.errors import LiveError
-from course.foundation.waiting import in_vain, lookouts, tellers, wait_until
+from course.foundation.waiting import in_vain, lookouts, tellers, time_limit, wait_until
 from course.interfaces import builder, kept
 from course.ros.rclpy_internals import watch_goals
 from course.ros.rclpy_patches import patch
@@ -54,7 +54,6 @@ from course.session.misuse import (
     expect_of_a_file,
     expect_parameters,
     expect_request,
-    expect_seconds,
     expect_service,
 )
 from course.session.no_world import no_world
@@ -166,7 +165,7 @@ class Session:
                 f"`threads` is a whole number from 1 on, such as `threads=4`, not {threads!r}: nothing was started"
             )
         expect_parameters(parameters)
-        expect_seconds(timeout)
+        time_limit(timeout)
         if isinstance(what, (str, Path)):
             expect_of_a_file(str(what), threads, kwargs)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
@@ -252,7 +251,7 @@ class Session:
         the reader if none comes.
         """
         expect_name(name, "logs", self._handles)
-        expect_seconds(timeout)
+        time_limit(timeout)
         if until is not None and not isinstance(until, str):
             raise LiveError("`until` is a text that a line of the log has, such as until='sum'")
         known = name is None or until is None or wait_until(lambda: self._nodes.has_started(name), UNKNOWN)
@@ -270,7 +269,7 @@ class Session:
         """Wait until a server for `service` is there; raises CallTimeout after `timeout` s."""
         self._check_open()
         expect_service(service, srv_type, "wait_for_service")
-        expect_seconds(timeout)
+        time_limit(timeout)
         self._calls.wait_for_service(service, service_type(srv_type), timeout)
 
     @interruptible()
@@ -284,7 +283,7 @@ class Session:
         """
         self._check_open()
         expect_service(service, srv_type, "call")
-        expect_seconds(timeout)
+        time_limit(timeout)
         srv_type = service_type(srv_type)
         if request is not None:
             expect_request(request, service, srv_type)
@@ -297,7 +296,7 @@ class Session:
         Raises CallTimeout before that once there is no server that could answer, and NodeFailed when one of the
         session's nodes dies, or raises an exception, meanwhile.
         """
-        expect_seconds(timeout)
+        time_limit(timeout)
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.is_held_here():
                 self.watch.notice(
@@ -314,7 +313,7 @@ class Session:
         The reader is told, once, about topics with unfit QoS or a misspelt name, and about scans without a world.
         """
         condition = condition_of(condition)
-        expect_seconds(timeout)
+        time_limit(timeout)
         if wait_until(condition, min(timeout, WORLDLESS)):
             return True
         if timeout > WORLDLESS:

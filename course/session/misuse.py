@@ -3,7 +3,6 @@
 import inspect
 import re
 from collections.abc import Callable, Mapping
-from numbers import Real
 from types import BuiltinMethodType
 from typing import Any
 
@@ -75,12 +74,6 @@ def condition_of(given: object) -> Callable[[], object]:
         return found
 
     return value
-
-
-def expect_seconds(timeout: object) -> None:
-    """Raise LiveError for a time limit that is not a number."""
-    if isinstance(timeout, bool) or not isinstance(timeout, Real):
-        raise LiveError(f"`timeout` is a number of seconds, such as timeout=5.0, not {timeout!r:.60}")
 
 
 def expect_of_a_file(file: str, threads: int, fields: Mapping[str, object]) -> None:

@@ -50,6 +50,7 @@ def student(tmp_path_factory):
         yield address, token, folder, base / "exchange"
 
 
+@pytest.mark.matrix  # tests/classroom/test_classroom.py asks a class's servers
 def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exchange(student, page):
     address, token, work, exchange = student
     asked = []

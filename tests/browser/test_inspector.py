@@ -136,6 +136,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     (lab[2] / "repeated/end").touch()
 
 
+@pytest.mark.matrix  # tests/lab/test_traffic.py has who sends what
 def test_what_other_programs_and_cells_send_is_drawn(lab, page):
     folder = lab[2] / "drawn"
     folder.mkdir(exist_ok=True)

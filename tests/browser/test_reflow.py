@@ -3,6 +3,7 @@
 A page of 1280 px at 200 % is one of 640 CSS px with two pixels each (WCAG 2.2, 1.4.4 and 1.4.10).
 """
 
+import pytest
 from playwright.sync_api import Locator, Page, Request, expect
 
 from course.foundation.waiting import wait_until
@@ -163,6 +164,7 @@ def test_no_panel_is_cut_off_or_scrolls_two_ways_at_200_percent_and_on_a_phone(l
     page.close()
 
 
+@pytest.mark.matrix  # the test above has every panel in a narrow page
 def test_robot_and_plot_come_back_beside_the_notebook_when_the_page_is_wide_again(lab, chromium):
     page = chromium.new_page(viewport=WIDE)
     page.set_default_timeout(WAIT)

@@ -1,6 +1,7 @@
 """The ways to the lab: the palette, the launcher, the layout of the first start, and what comes beside a section."""
 
 import nbformat
+import pytest
 from playwright.sync_api import expect
 
 from course.foundation.waiting import wait_until
@@ -138,6 +139,7 @@ traffic._arrival.look(ros)
 print('looked')"""  # what is told of it has come to the page before this is printed
 
 
+@pytest.mark.matrix  # tests/browser/test_robot.py begins with a world's robot beside the notebook
 def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_keeps_focus_and_room(lab, page):
     page.set_viewport_size({"width": 1920, "height": 1080})
     write_greeter(lab[2] / "appears")
@@ -222,6 +224,7 @@ def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_ke
     assert notebook.evaluate("panel => panel.contains(document.activeElement)")
 
 
+@pytest.mark.matrix  # each panel is opened by its own test
 def test_palette_and_launcher_lead_to_terminal_and_panels(lab, page):
     _, _, served = lab
     write_greeter(served / "ways")

@@ -35,6 +35,7 @@ def somebody():
         subprocess.run(["userdel", name], check=True)
 
 
+@pytest.mark.matrix  # a class of its own, twice; the tests below restore what a backup holds
 @pytest.mark.long("two classes are started")
 def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebody):
     """To a machine that has given ada's number to somebody else, without a roster, with another prefix of the users."""

@@ -101,6 +101,7 @@ def start_node(visitor: Visitor, uid: int) -> tuple[Kernel, list[int]]:
     raise AssertionError("no kernel lived long enough")
 
 
+@pytest.mark.matrix  # waits for what is idle; nothing else ends by itself
 @pytest.mark.long("waits until kernels and a server have been idle for long enough")
 @pytest.mark.timeout(1500)
 def test_idle_kernels_end_with_their_nodes_and_then_the_idle_server(ended):
@@ -136,6 +137,7 @@ def make_certificate(certificate: Path, key: Path, days: int = 2, names: str = "
     subprocess.run(command, check=True, capture_output=True)
 
 
+@pytest.mark.matrix  # starts its class again; the tests below hold certificates, names and cookies
 def test_with_a_certificate_everything_is_encrypted(ended, certificate):
     _, arguments, common = ended
     (path, key), local = certificate, ["--ip", "127.0.0.1"]
@@ -155,6 +157,7 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
         requests.get(classroom.url.replace("https", "http"), timeout=WAIT)
 
 
+@pytest.mark.matrix  # starts its class again; tests/classroom/test_addresses.py has the attack where there are names
 @pytest.mark.long("starts a class of its own twice")
 def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
     """With the certificate of the test before, on a plain address."""

@@ -123,6 +123,7 @@ def test_hard_links_pipes_and_huge_files_in_a_folder(inbound, collect, tmp_path)
     assert collect() == {f"user-{EVE}: a.py": b"eve's", f"user-{EVE}: line\nbreak.py": b"eve's"}
 
 
+@pytest.mark.matrix  # thousands of files and folders take long to make; the other tests have the other bounds
 def test_folders_too_deep_and_files_too_many(inbound, collect):
     hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's")
     deep = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", a="eve's")
@@ -163,6 +164,7 @@ def test_who_came_after_the_instructors_server_was_started_is_collected(inbound,
     assert collect() == {"ada: a.py": b"ada's", "zoe: a.py": b"zoe's"}
 
 
+@pytest.mark.matrix  # the next one counts lines in the same way
 def test_a_student_with_thousands_of_folders_does_not_hide_the_other_lines(inbound, collect, caplog):
     for number in range(100):
         hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+{number}").rmdir()

@@ -128,6 +128,7 @@ def test_ctrl_c_stops_with_what_is_done_kept(confinement, submitted, tmp_path):
     assert results(tmp_path / "out")
 
 
+@pytest.mark.matrix  # that what is done is kept shows SIGKILL; tests/gradebook/test_term.py fills a disk
 @pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
 def test_a_full_disk_stops_it_with_what_is_done_kept(confinement, submitted, tmp_path):
     """And it goes on when there is room again."""
@@ -310,6 +311,7 @@ def test_a_submission_that_kills_two_workers_is_given_up(confinement, submitted,
     assert re.search(r"flagged: killed [^:]*: bob/parameters", words), output
 
 
+@pytest.mark.matrix  # waits as long as for a cluster that may come back; tests/grading/test_dispatch.py loses a scheduler
 @pytest.mark.long("waits as long as for a cluster that may come back")
 def test_a_cluster_that_is_lost_is_told(confinement, submitted, dask_cluster, tmp_path):
     """And --resume goes on elsewhere."""

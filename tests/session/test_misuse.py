@@ -1,5 +1,6 @@
 """What is given to a session's method in the place of something else is told at once, in the words of that method."""
 
+import math
 import os
 import signal
 import time
@@ -14,7 +15,7 @@ from rclpy.task import Future
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
-from course.errors import CallTimeout, LiveError, NodeFailed
+from course.errors import CallTimeout, CourseError, LiveError, NodeFailed
 from course.session.live import Session
 from course.session.spinner import KEPT
 
@@ -81,16 +82,17 @@ def session() -> Iterator[Session]:
         ),
         (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
         (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
-        (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "`timeout` is a number of seconds"),
-        (lambda ros: ros.until(lambda: True, timeout=None), "such as timeout=5.0, not None"),
-        (lambda ros: ros.wait(Future(), "2"), "`timeout` is a number of seconds"),
-        (lambda ros: ros.wait_for_service("/add", AddTwoInts, []), "`timeout` is a number of seconds"),
-        (lambda ros: ros.logs("adder", until="x", timeout=True), "`timeout` is a number of seconds"),
-        (lambda ros: ros.start("relay.py", timeout="long"), "`timeout` is a number of seconds"),
+        (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "a time limit is a number of seconds"),
+        (lambda ros: ros.until(lambda: True, timeout=None), "such as `timeout=5.0`, not None"),
+        (lambda ros: ros.wait(Future(), "2"), "a time limit is a number of seconds"),
+        (lambda ros: ros.wait_for_service("/add", AddTwoInts, []), "a time limit is a number of seconds"),
+        (lambda ros: ros.logs("adder", until="x", timeout=True), "a time limit is a number of seconds"),
+        (lambda ros: ros.until(lambda: True, timeout=math.nan), "not nan"),
+        (lambda ros: ros.start("relay.py", timeout="long"), "a time limit is a number of seconds"),
     ],
 )
 def test_what_is_meant_is_written_out(session, wrong, told):
-    with pytest.raises(LiveError) as error:
+    with pytest.raises(CourseError) as error:
         wrong(session)
     assert told in str(error.value)
     assert session.call("add", AddTwoInts, a=1, b=2).sum == 3  # nothing was started or ended
