@@ -32,13 +32,15 @@ Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
 INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
-LOOKALIKES = {"LATIN", "GREEK", "CYRILLIC", "ARMENIAN", "CHEROKEE", "COPTIC"}  # scripts whose letters look alike
-# Small letters of other scripts, digits and signs that are seen as Latin letters; the last ones are not seen at all.
+EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO"}  # scripts that one name may have
+# Letters, digits and signs that are seen as small Latin letters; the last ones are hardly seen at all.
 SEEN_AS = str.maketrans(
-    "\u0430\u0441\u0435\u043e\u0440\u0445\u0443\u0456\u0458\u0455\u0501\u04bb\u051b\u051d\u03b1\u03bf\u03c1\u03bd\u03c5\u03b9\u03ba\u01311|0",
-    "aceopxyijsdhqwaopvuikillo",
-    "\u115f\u1160",
+    "\u0430\u0441\u0435\u043e\u0440\u0445\u0443\u0456\u0458\u0455\u0501\u04bb\u051b\u051d\u03b1\u03bf\u03c1\u03bd\u03c5\u03b9\u03ba\u01311|0"
+    "\u0269\u01c0\ua4f2\u1d0f\u3007",
+    "aceopxyijsdhqwaopvuikillollloo",
+    "\u115f\u1160\u02b9\u02bb\u02bc",
 )
+SEEN_AS_ONE = {"rn": "m", "vv": "w"}
 SAME_SECOND = re.compile(r"\d{8}T\d{6}Z-(\d{1,2})\.zip$")  # `course hand-in` numbers those of one second
 
 
@@ -125,7 +127,10 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
     def seen(name: str) -> str:
         folded = unicodedata.normalize("NFKD", name.replace("I", "l")).casefold()  # a capital i is seen as an l
         bare = "".join(letter for letter in folded if not unicodedata.combining(letter))
-        return bare.translate(SEEN_AS)
+        bare = bare.translate(SEEN_AS)
+        for two, one in SEEN_AS_ONE.items():
+            bare = bare.replace(two, one)
+        return bare
 
     alike: dict[str, list[str]] = defaultdict(list)
     for name in sorted(entry.name for entry in into.iterdir() if not entry.name.startswith(".")):
@@ -133,10 +138,11 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
     for each in laid_out:
         if others := [name for name in alike[seen(each.student)] if name != each.student]:
             each.notes.append(f"its student's name looks like that of {' and '.join(others)}: whose is it?")
-        scripts = {unicodedata.name(letter, "").partition(" ")[0] for letter in each.student if letter.isalpha()}
-        if len(mixed := scripts & LOOKALIKES) > 1:
-            found = " and ".join(sorted(script.capitalize() for script in mixed))
-            each.notes.append(f"its student's name mixes {found} letters, which look alike: whose is it?")
+        letters = filter(str.isalpha, unicodedata.normalize("NFKC", each.student))
+        scripts = {unicodedata.name(letter, "").partition(" ")[0] for letter in letters} - {"MODIFIER"}
+        if len(scripts) > 1 and not scripts <= EAST_ASIAN:
+            found = " and ".join(sorted(script.capitalize() for script in scripts))
+            each.notes.append(f"its student's name mixes {found} letters, which may look alike: whose is it?")
 
 
 def _compare(found: Iterable[HandedIn]) -> None:

@@ -19,7 +19,7 @@ from autograder.submissions import exercises, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, UNKNOWN, Source
 from autograder.submissions.roster import Roster, folder_name
 from course.foundation.untrusted import shortened
-from course.hand_in import RECEIPT
+from course.hand_in import FORMAT, RECEIPT
 
 TIME = "%Y-%m-%d %H:%M:%S UTC"
 VERIFIED, NONE = "verified", "none"
@@ -227,16 +227,18 @@ def _verify(
     receipt: dict[str, Any], files: dict[str, bytes], student: str, assignment: str, roster: Roster | None
 ) -> str:
     """Return VERIFIED, or what is wrong with the receipt."""
-    listed = receipt.get("files")
-    if not isinstance(listed, dict):
+    listed, form, claimed = receipt.get("files"), receipt.get("format"), receipt.get("assignment")
+    if not isinstance(listed, dict) or not isinstance(claimed, str):
         return "cannot be read"
+    if type(form) is not int or form != FORMAT:
+        return f"has a format that this version of the course does not write: {form!r:.20}"
     for name, entry in listed.items():
         digest = entry.get("sha256") if isinstance(entry, dict) else None
         if name not in files or hashlib.sha256(files[name]).hexdigest() != digest:
             return f"does not match {shortened(name)}"
     if more := sorted(files.keys() - listed.keys()):
         return f"does not list {shortened(more[0])}"
-    if (claimed := receipt.get("assignment")) in exercises.names() and claimed != assignment:
+    if claimed != assignment:
         return f"is of {claimed}"
     if roster:
         with contextlib.suppress(Unplaced):  # a login name need not be in the roster

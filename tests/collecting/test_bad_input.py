@@ -338,6 +338,8 @@ def test_students_names_that_look_alike_have_a_look(tmp_path):
         "\N{CYRILLIC SMALL LETTER O}",
         "Zoë",
         "李田た",
+        "김민준",
+        "\N{HEBREW LETTER ALEF}x",
     ]
     for number, name in enumerate(names):
         handed_in(tmp_path / "in" / str(number), name)
@@ -346,7 +348,8 @@ def test_students_names_that_look_alike_have_a_look(tmp_path):
     assert looks["ok"] == f"its student's name looks like that of OK and oK and {cyrillic}: whose is it?"
     assert "of OK and ok" in looks["oK"] and "and ok" in looks["OK"]
     assert "mixes Cyrillic and Latin letters" in looks["\N{CYRILLIC SMALL LETTER O}k"]
-    assert not any(looks[name] for name in names[4:])
+    assert "mixes Hebrew and Latin letters" in looks[names[-1]]
+    assert not any(looks[name] for name in names[4:-1])
 
 
 def test_a_pipe_in_place_of_the_roster_is_a_line(tmp_path):
@@ -364,6 +367,12 @@ def test_a_pipe_in_place_of_the_roster_is_a_line(tmp_path):
         ("ada", "ad\u1ea1"),
         ("ada", "ada\u3164"),
         ("ilker", "\u0131lker"),
+        ("Ida", "\u0196da"),
+        ("Ida", "\u01c0da"),
+        ("Ida", "\ua4f2da"),
+        ("ok", "\u1d0fk"),
+        ("bob", "bob\u02bc"),
+        ("arnold", "amold"),
     ],
 )
 def test_a_name_that_is_seen_as_another_is_marked_whatever_its_letters(tmp_path, one, other):

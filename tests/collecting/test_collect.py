@@ -136,14 +136,25 @@ def test_a_receipt_that_is_newer_than_its_archive_is_not_believed_and_says_why(t
     assert only.remark.endswith("2026-11-03 09:30:00 UTC, is after that of its archive, 2026-11-02 09:30:00 UTC")
 
 
-def test_a_receipt_of_another_exercise_than_its_files_is_named(tmp_path):
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        (b'"services"', b'"calculator"', "is of calculator"),
+        (b'"services"', b"null", "cannot be read"),
+        (b'"services"', b'["services"]', "cannot be read"),
+        (b'"format": 1', b'"format": 2', "has a format that this version of the course does not write: 2"),
+        (b'"format": 1', b'"format": true', "has a format that this version of the course does not write: True"),
+    ],
+)
+def test_a_receipt_that_is_not_of_its_files_exercise_or_not_ours_is_named(tmp_path, before, after, said):
     path = handed_in(tmp_path / "in")
     with zipfile.ZipFile(path) as whole:
         content = {name: whole.read(name) for name in whole.namelist()}
-    content["receipt.json"] = content["receipt.json"].replace(b'"services"', b'"calculator"')
+    assert before in content["receipt.json"]
+    content["receipt.json"] = content["receipt.json"].replace(before, after)
     (only,) = collect([archive(tmp_path / "changed.zip", content)], tmp_path / "out").laid_out
-    assert (only.assignment, only.receipt) == ("services", "is of calculator")
-    assert "its receipt is of calculator" in only.remark
+    assert (only.assignment, only.receipt) == ("services", said)
+    assert f"its receipt {said}" in only.remark
 
 
 def test_files_in_a_folder_beside_the_receipt_are_told(tmp_path):

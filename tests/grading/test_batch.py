@@ -311,7 +311,7 @@ def test_a_submission_that_kills_two_workers_is_given_up(confinement, submitted,
     assert re.search(r"flagged: killed [^:]*: bob/parameters", words), output
 
 
-@pytest.mark.matrix  # waits as long as for a cluster that may come back; tests/grading/test_dispatch.py loses a scheduler
+@pytest.mark.matrix  # tests/grading/test_dispatch.py loses a scheduler
 @pytest.mark.long("waits as long as for a cluster that may come back")
 def test_a_cluster_that_is_lost_is_told(confinement, submitted, dask_cluster, tmp_path):
     """And --resume goes on elsewhere."""
