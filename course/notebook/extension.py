@@ -100,10 +100,16 @@ def reason(error: Exception, folder: Path) -> str:
         return "Hint: `ros` is the live session: run the notebook's first code cell, `ros = course.live()`, first."
     for path, cell in _code_cells(folder):
         if name in names_of(cell.source).made:
-            first = next(line for line in cell.source.splitlines() if line.strip())
-            where = f"the cell of {path.name} that begins with `{first[:60]}`"
+            where = f"the cell of {path.name} {_sign_of(cell.source, name)}"
             return f"Hint: `{name}` is defined in {where}: run that cell first, and let it finish."
     return ""
+
+
+def _sign_of(source: str, name: str) -> str:
+    """Return how a cell is found: by its line that makes the class or function `name`, or else by its first line."""
+    lines = [line for line in source.splitlines() if line.strip()]
+    made = next((line for line in lines if re.match(rf"(?:async )?(?:def|class) {re.escape(name)}\b", line)), "")
+    return f"with the line `{made[:60]}`" if made else f"that begins with `{lines[0][:60]}`"
 
 
 def _missing_package(package: str, folder: Path) -> str:

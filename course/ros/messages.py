@@ -249,6 +249,8 @@ def fill(message: Message, values: Any, stamps: list[Stamp] | None = None) -> No
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {type(values).__name__}")
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
     for name, value in values.items():
+        if value is None and str(name).partition(":")[0] in slots:
+            raise ValueError(f"'{name}': write a blank after the colon, as in '{str(name).replace(':', ': ', 1)}'")
         current = getattr(message, str(name))
         kind = type(current)
         if stamps is not None and value == "auto" and kind.__module__ == "std_msgs.msg._header":

@@ -183,6 +183,10 @@ def set_verb(args: Namespace) -> str | None:
             return f"Setting parameter failed: {error}"
         result = set_parameter(graph, args.node_name, args.parameter_name, value)
         report(result, "Set parameter successful", "Setting parameter failed")
+        if not result.successful:
+            known = list_parameters(graph, args.node_name)
+            if args.parameter_name not in known:
+                grammar.tell_near(args.parameter_name, known)
     return None
 
 

@@ -31,6 +31,7 @@ def find_message_type(graph: Graph, topic: str, *, wait: bool) -> Any:
     types = graph.types_of(name, lambda: graph.topics(hidden=True))
     if not types:
         print(f"WARNING: topic [{topic}] does not appear to be published yet")
+        grammar.tell_near(name, (known for known, _ in graph.topics(hidden=False)))
         tell_if_alone(graph)
         if not wait:
             return None
@@ -117,6 +118,7 @@ def echo(args: Namespace) -> str | None:
             try:
                 message_type = messages.get_message(args.message_type)
             except messages.INVALID_TYPE:
+                grammar.tell_near(args.message_type, messages.all_types("msg"))
                 raise RosError("The passed message type is invalid") from None
             graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name))
         if not overridden and (publishers := graph.node.get_publishers_info_by_topic(args.topic_name)):

@@ -355,7 +355,7 @@ def _defined_at(callback: Callable[..., object]) -> Frame:
     """Return the frame of a function's `def`."""
     code = callback.__code__
     text = linecache.getline(code.co_filename, code.co_firstlineno).strip()
-    return Frame(_place(code.co_filename), code.co_firstlineno, "", text)
+    return Frame(place_of(code.co_filename), code.co_firstlineno, "", text)
 
 
 def _pre_set(trace: TracebackType | None) -> Any:
@@ -381,7 +381,7 @@ def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
     for summary in traceback.extract_tb(trace):
         if summary.lineno is None or not _is_own(summary.filename):
             continue
-        place = _place(summary.filename)
+        place = place_of(summary.filename)
         code = linecache.getline(summary.filename, summary.lineno).strip()
         found.append(Frame(place, summary.lineno, summary.name, code))
     return _once(found)
@@ -392,7 +392,8 @@ def _once(frames: list[Frame]) -> tuple[Frame, ...]:
     return tuple(frames) if len(frames) < MANY else tuple(dict.fromkeys(frames))
 
 
-def _place(filename: str) -> str:
+def place_of(filename: str) -> str:
+    """Return how a reader calls the file of some code: `the cell`, or its name."""
     return "the cell" if is_cell(filename) else Path(filename).name
 
 

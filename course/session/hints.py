@@ -203,11 +203,31 @@ def _wrong_type(found: re.Match[str], source: str) -> str:
     field, kind = found[1], found[2]
     examples = {
         "float": "a float, such as 3.0, not an int or a NumPy number: convert it with `float(...)`",
-        "int": "a whole number: convert it with `int(...)`",
+        "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
         "str": "a string: use `str(...)` or an f-string",
         "bool": "True or False: convert it with `bool(...)`",
     }
     return f"The field '{field}' takes {examples[kind]}."
+
+
+def _sent(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line in which a client sends something that is no goal or request of its type."""
+    for method, (part, what) in SENT.items():
+        for call in calls(parse(code), method):
+            made = call.args[0] if call.args else None
+            if isinstance(made, ast.Call) and name_of(made.func) == part:
+                kind = ast.unparse(made.func)
+                return (
+                    f"`{kind}` is not of this client's type: a client sends {what} of the type with which it was "
+                    f"created. Compare this line, the line that creates the client, and the imports."
+                )
+        if re.search(rf"\b{method}\(", code):
+            return f"A client sends {what} of its own type, with the values in its fields: `TheType.{part}(...)`."
+    return ""
+
+
+OF_AN_ACTION, OF_A_SERVICE = ("Goal", "a goal"), ("Request", "a request")
+SENT = {"send_goal": OF_AN_ACTION, "send_goal_async": OF_AN_ACTION, "call": OF_A_SERVICE, "call_async": OF_A_SERVICE}
 
 
 def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
@@ -486,7 +506,19 @@ def _not_declared(found: re.Match[str], source: str) -> str:
         return (
             f"Line {hidden[1]}, `self.{hidden[0]} = ...`, overwrites an attribute of rclpy's node: choose another name."
         )
+    tree = parse(source)
+    declared = [call.lineno for call in calls(tree, "declare_parameter") if _names(call, found[1])]
+    for call in calls(tree, "add_on_set_parameters_callback"):
+        if declared and call.lineno < declared[0]:
+            return (
+                f"Each declaration calls the callback that line {call.lineno} registers, also before '{found[1]}' is "
+                "declared. Register it after the declarations, or let it read only parameters that it is given."
+            )
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+
+
+def _names(call: ast.Call, name: str) -> bool:
+    return bool(call.args) and isinstance(call.args[0], ast.Constant) and call.args[0].value == name
 
 
 def _without_end(found: re.Match[str], source: str, code: str) -> str:
@@ -555,6 +587,10 @@ def _is_module(found: re.Match[str], source: str) -> str:
             f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
             f"with `--package {package}`."
         )
+    for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell
+        with contextlib.suppress(OSError, ValueError):
+            if f'"%%exercise {package}.py' in read_regular(notebook, MOST).decode(errors="replace"):
+                return f"{package}.py is not in this folder yet: run the cell `%%exercise {package}.py` first."
     if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
         return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
     return ""
@@ -579,7 +615,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
     (
-        r"'Future' object has no attribute|'NoneType' object has no attribute '(result|sum|success)'",
+        r"'Future' object has no attribute|'NoneType' object has no attribute '(result|sum|success|accepted)'",
         _says(
             "The response is not there yet: `future.result()` and `client.call(..., timeout_sec=...)` are None until "
             "it comes."
@@ -682,7 +718,25 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",
     ),
     (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
+    (
+        r"'[<>]=?' not supported between instances of '(?:Duration' and '(?:float|int)|(?:float|int)' and 'Duration)'",
+        _says("Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."),
+    ),
     (r"ParameterNotDeclaredException: .*: (\w+)", _not_declared),
+    (
+        r"The given value is not one of the allowed types",
+        _says(
+            "A parameter is a bool, an int, a float, a str, bytes, or a list of one of the first four: convert the "
+            "value, as in `float(...)`."
+        ),
+    ),
+    (
+        r"attempted invalid transition from state (CANCELED|SUCCEEDED|ABORTED) with event",
+        lambda found, source: (
+            f"This goal has already ended, as {found[1].lower()}. After `succeed()`, `canceled()` or `abort()`, leave "
+            "the loop and return the result."
+        ),
+    ),
     (
         r"type must be an instance of '<enum 'Type'>'",
         _says("The second argument of `Parameter` is its type. Pass the value by name: `Parameter('x', value=2.0)`."),
@@ -775,16 +829,10 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
     ),
     (
-        NO_TEXT,
-        r"\bcall(?:_async)?\(",
-        "A client sends a request, with the values in its fields: `TheType.Request(...)`.",
-    ),
-    (
         r"asyncio\.run\(\) cannot be called from a running event loop",
         "",
         "In a notebook, write `await` itself in the cell.",
     ),
-    (NO_TEXT, r"send_goal", "A client sends a goal, with the values in its fields: `TheType.Goal(...)`."),
     (
         r"^IndexError",
         r"ranges\[",
@@ -797,6 +845,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (NO_TEXT, _sent),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),
     (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),

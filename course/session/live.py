@@ -44,6 +44,7 @@ from course.session.matching import (
     served_actions,
     served_services,
     unfit_topics,
+    unlike_clients,
     unmatched,
     unserved,
 )
@@ -328,8 +329,9 @@ class Session:
         return False
 
     def _waited_in_vain(self) -> None:
-        """Tell the reader, once, about topics with unfit QoS or a misspelt name."""
-        for text in (*misspelt_topics(self.node), *unfit_topics(self.node, self._handles)):
+        """Tell the reader, once, about topics with unfit QoS or a misspelt name, and clients of another type."""
+        node, handles = self.node, self._handles
+        for text in (*misspelt_topics(node), *unfit_topics(node, handles), *unlike_clients(node)):
             if text not in self._told_unfit:
                 self._told_unfit.add(text)
                 self.watch.notice(text)

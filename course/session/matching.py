@@ -1,5 +1,6 @@
 """Finding out why endpoints of a topic or an action do not match: name, type or quality of service (QoS)."""
 
+import contextlib
 import difflib
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,8 +15,8 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from course.ros.names import OF_EVERY_NODE, SEND, is_hidden, type_name
 from course.ros.qos import words
-from course.ros.rclpy_internals import action_name, action_type
-from course.session.failure_report import Frame, text_of
+from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, action_type
+from course.session.failure_report import Frame, place_of, text_of
 from course.session.node_process import NodeProcess
 from course.session.source import cells_run, made_at
 from course.session.watch import Handle
@@ -127,6 +128,28 @@ def misspelt_topics(node: Node) -> list[str]:
     return found
 
 
+def unlike_clients(node: Node) -> list[str]:
+    """Return a text for each client of a service that another node serves with another type."""
+
+    def called(name: str) -> str:
+        return "this notebook" if name == node.get_name() else name
+
+    serving: dict[str, tuple[str, str]] = {}
+    clients: list[tuple[str, str, str]] = []
+    for name, space in node.get_node_names_and_namespaces():
+        with contextlib.suppress(NodeNameNonExistentError):  # it has ended meanwhile
+            for service, (kind, *_) in node.get_service_names_and_types_by_node(name, space):
+                serving[service] = name, kind
+            for service, (kind, *_) in node.get_client_names_and_types_by_node(name, space):
+                clients.append((name, service, kind))
+    return [
+        f"{called(name)} has a client of {service} with the type {kind}, and {called(serving[service][0])} serves it "
+        f"with the type {serving[service][1]}. Both sides must use the same type."
+        for name, service, kind in clients
+        if service in serving and serving[service][1] != kind
+    ]
+
+
 def _of_no_interest(topic: str, kinds: Sequence[str]) -> bool:
     return is_hidden(topic) or any(kind.startswith(OF_EVERY_NODE) for kind in kinds)
 
@@ -184,7 +207,8 @@ def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) ->
             yield handle.name, handle.source
         else:
             own: Any = type(handle.node).__mro__[1].__init__  # type: ignore[misc]  # that of the reader's class
-            yield "the cell", text_of(own)
+            code = getattr(own, "__code__", None)
+            yield place_of(code.co_filename) if code else "the cell", text_of(own)
 
 
 def _others(node: Node, topic: str, publishes: bool) -> list[TopicEndpointInfo]:

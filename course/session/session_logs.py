@@ -8,11 +8,13 @@ from rclpy.node import Node
 from course.foundation.waiting import wait_until
 from course.ros.names import base
 from course.session.following import LogFollower
+from course.session.live_node import LiveNode
 from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program_logs
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
 ALIKE = 0.6  # least similarity of a line and the text that was waited for, if it may be meant
+SLOW = 30.0  # s between two runs of a timer whose period may be meant in milliseconds
 FLOODS = 20  # nodes at most that are reported for logging too much
 
 
@@ -45,12 +47,15 @@ class SessionLogs:
         )
 
     def without(self, name: str | None, text: str) -> str:
-        """Return a sentence on a log without a line with `text`, which names a line that is nearly the same."""
+        """Return a sentence on a log without a line with `text`: a line that is nearly the same, or a slow timer."""
         lines = [entry.text for entry in self.read(name)]
-        near = difflib.get_close_matches(text, lines, 1, ALIKE)
-        return f"The log of {repr(name) if name else 'all nodes'} has no line with {text!r}." + (
-            f" Did you mean {near[0]!r}?" if near else ""
-        )
+        said = f"The log of {repr(name) if name else 'all nodes'} has no line with {text!r}."
+        if near := difflib.get_close_matches(text, lines, 1, ALIKE):
+            return f"{said} Did you mean {near[0]!r}?"
+        handle = self._handles.get((name or "").lstrip("/"))
+        periods = [timer.timer_period_ns / 1e9 for timer in handle.node.timers] if isinstance(handle, LiveNode) else []
+        slow = [period for period in periods if period >= SLOW]
+        return said + (f" A timer of this node runs every {slow[0]:g} s: `create_timer` takes seconds." if slow else "")
 
     def read(self, name: str | None) -> Logs:
         """Return the log of the node or the file called `name`, or of all.

@@ -303,6 +303,8 @@ class StartedNodes:
                 f"The start of '{name}' has ended '{old.name}': both are of the class {new.cls.__name__}, and a class "
                 "that another cell starts again replaces its nodes. To run both, start both in one cell."
             )
+        elif new.cls.__module__.startswith("course."):
+            return  # its parameters, as those of a world, say what it offers
         elif (lost := offered - new.offers) and new.offers - offered:  # something else in its place
             self._watch.notice(
                 f"A new '{name}' has replaced the one before, and with it {' and '.join(sorted(lost))}: the session "

@@ -90,6 +90,7 @@ def test_send_goal_tells_a_rejection(ros2):
     ("values", "message"),
     [
         ("{steps: 3}", "AttributeError(\"'Fibonacci_Goal' object has no attribute 'steps'\")"),
+        ("{order:4}", "ValueError(\"'order:4': write a blank after the colon, as in 'order: 4'\")"),
         ("{order: three}", "ValueError(\"invalid literal for int() with base 10: 'three'\")"),
     ],
 )

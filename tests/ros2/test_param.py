@@ -73,6 +73,12 @@ def test_get_of_an_undeclared_parameter(ros2):
     assert (done.returncode, done.stdout, done.stderr) == (1, "", "Parameter not set\n")
 
 
+def test_set_and_get_of_a_misspelt_parameter_name_the_near_one(ros2):
+    for verb, more in (("get", ()), ("set", ("2.0",))):
+        done = ros2("param", verb, NODE, "max_sped", *more)
+        assert "Did you mean max_speed?\n" in done.stderr, done.stderr
+
+
 def test_an_unknown_node(ros2):
     """Every verb says the same, status 1."""
     verbs = ("get /no x", "set /no x 1", "delete /no x", "describe /no x", "dump /no", "load /no x.yaml", "list /no")

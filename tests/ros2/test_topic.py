@@ -121,6 +121,12 @@ def test_an_unknown_topic(ros2):
     )
 
 
+def test_a_misspelt_topic_or_type_is_told_with_the_near_one(ros2):
+    topic, kind = ros2.each("topic echo /chater --once", "topic echo /chatter std_msgs/msg/Strin --once")
+    assert topic.stderr.startswith("Did you mean /chatter?\n"), topic.stderr
+    assert kind.stderr == "Did you mean std_msgs/msg/String?\nThe passed message type is invalid\n"
+
+
 def test_echo_prints_a_message_in_yaml(ros2):
     """One message, a field of it, arrays cut or described, and comma separated values."""
     assert ros2.outputs(

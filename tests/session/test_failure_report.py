@@ -1,6 +1,7 @@
 """What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
 
 import importlib
+import json
 import linecache
 import os
 import subprocess
@@ -124,7 +125,40 @@ def after(self, params):
             "Pass a callback by its name, without brackets: `self.add`.",
         ),
         ("TypeError:", "", "handle.publish_feedback(numbers)", "`publish_feedback` takes a message"),
-        ("TypeError:", "", "client.call_async(5)", "A client sends a request"),
+        ("TypeError:", "", "client.call_async(5)", "A client sends a request of its own type"),
+        ("TypeError:", "", "future = client.send_goal_async(goal)", "A client sends a goal of its own type"),
+        ("TypeError:", "", "client.send_goal_async(F2.Goal(order=3))", "`F2.Goal` is not of this client's type"),
+        (
+            "AssertionError: The 'stops_left' field must be of type 'int'",
+            "",
+            "Lift.Feedback(floor=1, stops_left=left)",
+            "with `int(...)`, and count a list with `len(...)`",
+        ),
+        (
+            "TypeError: '<=' not supported between instances of 'Duration' and 'float'",
+            "",
+            "return age <= 0.5",
+            "`age <= Duration(seconds=0.5)`",
+        ),
+        (
+            "ParameterNotDeclaredException: ('Invalid access to undeclared parameter(s)', [...]): top",
+            "self.add_on_set_parameters_callback(self.check)\nself.declare_parameter('top', 1.0)\n",
+            "top = self.get_parameter('top').value",
+            "Each declaration calls the callback that line 1 registers, also before 'top' is declared.",
+        ),
+        ("TypeError: The given value is not one of the allowed types '2.0'.", "", "", "convert the value"),
+        (
+            "RCLError: goal_handle attempted invalid transition from state CANCELED with event SUCCEED",
+            "",
+            "goal_handle.succeed()",
+            "This goal has already ended, as canceled. After `succeed()`",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'accepted'",
+            "",
+            "if not future.result().accepted:",
+            "The response is not there yet",
+        ),
         ("IndexError: array index out of range", "", "msg.ranges[350]", "Find a beam by its angle"),
         (
             "AssertionError: Invalid arguments passed to constructor: success",
@@ -557,6 +591,15 @@ def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):
         "This folder has wall_agent.py, but no wall_agnet.py: did you mean `wall_agent`?"
     )
     assert failure_report.of_program(path, said.replace("wall_agnet", "another"), 1).hint == ""
+
+
+def test_a_file_that_its_cell_has_not_written_yet_is_named_with_the_cell(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wall_agents.py").touch()  # alike, and not meant
+    cell = {"cell_type": "code", "source": ["%%exercise wall_agent.py\n", "class WallAgent:\n"]}
+    (tmp_path / "ai.ipynb").write_text(json.dumps({"cells": [cell]}))
+    says = "wall_agent.py is not in this folder yet: run the cell `%%exercise wall_agent.py` first."
+    assert hint("ModuleNotFoundError: No module named 'wall_agent'") == says
 
 
 def test_a_file_that_hides_a_library_is_named(tmp_path, monkeypatch):

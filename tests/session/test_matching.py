@@ -11,7 +11,7 @@ import pytest
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64, Int32, String
 from std_srvs.srv import Trigger
@@ -21,8 +21,9 @@ from course.ros.rclpy_internals import RCLError
 from course.session import guards, live
 from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
-from course.session.matching import unfit_service
+from course.session.matching import unfit_service, unfit_topics, unlike_clients
 from course.session.no_world import no_world
+from course.world.node import World
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
@@ -56,6 +57,15 @@ def test_what_keeps_a_subscription_from_its_publisher(session, talker, says):
     assert says in session.apart(listener)
 
 
+def test_the_line_of_a_node_of_the_course_is_in_its_file_and_in_no_cell(session):
+    session.start(World, parameters={"room": "hall"})
+    asked = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    session.node.create_subscription(LaserScan, "scan", print, asked)
+    assert session.until(lambda: unfit_topics(session.node, {"world": session._handles["world"]}))
+    (told,) = unfit_topics(session.node, {"world": session._handles["world"]})
+    assert re.search(r"\n  node\.py, line \d+\n    self\._\w+ = self\.create_publisher\(LaserScan", told), told
+
+
 def test_another_type_is_named(session, tmp_path):
     file = tmp_path / "talker.py"
     file.write_text(
@@ -68,6 +78,22 @@ def test_another_type_is_named(session, tmp_path):
     assert session.until(lambda: session.node.get_publishers_info_by_topic("/chatter"))
     says = "talker publishes /chatter with the type std_msgs/msg/Float64; it must be std_msgs/msg/String."
     assert session.apart(listener) == says
+
+
+def test_a_client_of_another_type_than_the_server_is_told_after_a_wait_in_vain(session, tmp_path):
+    """Its requests go nowhere, and neither side hears of it."""
+    file = tmp_path / "asker.py"
+    file.write_text(
+        "import rclpy\nfrom std_srvs.srv import SetBool\n"
+        "rclpy.init()\nnode = rclpy.create_node('asker')\n"
+        "node.create_client(SetBool, 'served')\nrclpy.spin(node)\n"
+    )
+    session.node.create_service(Trigger, "served", print)
+    session.start(file)
+    assert session.until(lambda: unlike_clients(session.node))
+    assert not session.until(lambda: False, timeout=TELLING)
+    says = "asker has a client of /served with the type std_srvs/srv/SetBool, and this notebook serves it with"
+    assert any(text.startswith(says) for text in session.watch.notices())
 
 
 def test_what_keeps_a_publisher_from_its_subscription(session):

@@ -421,6 +421,18 @@ def test_a_text_that_no_line_has_and_a_node_that_is_not_there_are_told(session, 
     assert session.watch.notices() == ["This session has started nothing called 'Adder'. It has: adder."]
 
 
+def test_a_log_without_a_line_names_a_timer_whose_period_may_be_in_milliseconds(session, capsys):
+    class Slow(Node):
+        def __init__(self):
+            super().__init__("slow")
+            self.create_timer(200, lambda: self.get_logger().info("tick"))
+
+    session.start(Slow)
+    session.logs("slow", until="tick", timeout=0.1)
+    said = "The log of 'slow' has no line with 'tick'. A timer of this node runs every 200 s: `create_timer` takes "
+    assert capsys.readouterr().err == f"{said}seconds.\n"
+
+
 def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
     """Whoever set ROS_DOMAIN_ID by hand has claimed nothing, but holds a participant's port (RTPS 2.5, 9.6.2.3)."""
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)

@@ -63,10 +63,12 @@ def test_one_cell_starts_several_nodes_of_a_class(session):
     assert "The start of 'front' has ended 'left': both are of the class Motor" in told and "has ended 'right'" in told
 
 
-def test_a_node_that_takes_the_place_of_another_one_with_other_services_is_told(session):
+def test_a_node_that_takes_the_place_of_another_one_with_other_services_is_told(session, monkeypatch):
     told = run_cell(session, 1, "ros.start(Motor, 'left')", "ros.start(Motor, 'right')")
     assert "A new 'motor' has replaced the one before, and with it /motor_left" in told
     assert run_cell(session, 2, "ros.start(Motor, 'right')", "ros.start(Motor, 'right')") == ""
+    monkeypatch.setattr(Motor, "__module__", "course.world.node")  # where parameters say what a world offers
+    assert run_cell(session, 3, "ros.start(Motor, 'right')", "ros.start(Motor, 'left')") == ""
 
 
 def test_a_goal_callback_that_decides_nothing_is_told(session):
