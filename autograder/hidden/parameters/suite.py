@@ -685,12 +685,17 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
 
 def expect_accepting(pid: PidNode, **values: float) -> None:
     """The node must accept one of these, set together or alone: who refuses all has not shown what must be refused."""
-    answers = pid.store(values).values()  # empty when it accepts them together
-    if answers and not any(answer.successful for answer in answers):
+    if not accepts_one(pid, values):
         raise Wrong(
             "This is judged only in a node that accepts what it must accept: good values were refused, for "
             f"{' and '.join(values)}."
         )
+
+
+def accepts_one(pid: PidNode, values: Mapping[str, float]) -> bool:
+    """Whether the node accepts these, set together or at least one of them alone."""
+    answers = pid.store(values).values()  # empty when it accepts them together
+    return not answers or any(answer.successful for answer in answers)
 
 
 def is_refused(pid: PidNode, bad: Mapping[str, float]) -> bool:
@@ -743,6 +748,8 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
     pid.arrange(**gains)
     for name, gain in gains.items():
         expect_accepting(pid, **{name: gain})
+    movable = accepts_one(pid, {name: limit / 2 for name, limit in WIDE.items()})
+    pid.arrange(**gains)
     last, refused = fill(), 0
     grows = pid.send(error).effort > last.effort
     last = pid.send(error)
@@ -765,6 +772,8 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         if not is_refused(pid, values):
             last = fill()  # judged by the other tests
             continue
+        if not movable and WIDE.keys() & values.keys():
+            continue  # it refuses every limit, and so shows nothing
         refused += 1
         about = (
             f"After a refused set of {', '.join(values)} the node must continue as if nothing had been asked, with "
@@ -793,7 +802,10 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         # Less than the sets before: what takes effect late may be one of theirs by now.
         expect_no_late_change(pid, fill, error, {name: gain / 8 for name, gain in gains.items()} | several[0])
     if not refused:
-        raise Wrong("A set of several parameters must be refused when one of its values is bad: all were accepted.")
+        raise Wrong(
+            "A set of several parameters must be refused when one of its values is bad: "
+            f"{'all were accepted' if movable else 'those of the limits are refused when they are good, too'}."
+        )
 
 
 @points(0.25, cell="pid-node")

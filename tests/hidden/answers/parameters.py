@@ -678,6 +678,27 @@ WRONG = {
         ),
         {"all_or_nothing", "ki_starts_the_integral_again", "limits_together", "new_gain", "out_of_range"},
     ),
+    "gains have no range, and every set of a limit is refused": (
+        node(
+            (
+                "ParameterDescriptor(\n            description=description, floating_point_range=[limits])",
+                "ParameterDescriptor()",
+            ),
+            (RULE, "if {param.name for param in params} & limits.keys():"),
+        ),
+        {
+            "all_or_nothing",
+            "clamped",
+            "descriptors",
+            "equal_limits",
+            "limits_in_order",
+            "limits_together",
+            "nan_limits",
+            "one_limit",
+            "out_of_range",
+            "reasons",
+        },
+    ),
     "limits in the wrong order are accepted when both are set": (
         node(
             (
@@ -1521,6 +1542,7 @@ NOTHING = {
     "refuses everything, and every effort is 0",
     "declares nothing",
 }  # they do nothing of what is asked for, but for what stands in their declarations
+SEVERAL = {"gains have no range, and every set of a limit is refused"}  # more than one mistake
 USELESS = {
     "Float32 efforts",  # nobody hears them
     "the limits are checked before they are declared",  # the node ends at its start
