@@ -17,6 +17,7 @@ ENOUGH = 10  # fingerprints: a program with fewer counts as if it had as many, b
 LONGEST = 50_000  # characters of a file, five times what the exercises need: longer ones would take minutes
 LEAST = 1  # score of a pair that is shown
 STRIKING = 60  # score of a pair; independent right answers stay below 30
+COMMON = 80  # percent in common: striking whoever else has it, as in a ring of copies; independent answers stay below 30
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,14 @@ class Pair:
 
 @dataclass(frozen=True)
 class Group:
-    """Submissions that striking pairs connect: pairs with identical files, or with a score of STRIKING or more."""
+    """Submissions that striking pairs connect.
+
+    Those have identical files, a score of STRIKING or more, or COMMON percent of the shorter one in common.
+    """
 
     students: list[str]
     pairs: int  # how many striking pairs there are among them
-    highest: float  # score of these pairs
+    highest: float  # score of these pairs, or what they have in common (percent) if that is COMMON or more
     identical: list[str]  # files that are byte for byte the same for all of them
     partly: list[str]  # further files, the same for some of them
 
@@ -87,6 +91,8 @@ def compare(
         for gram in one.prints:
             owners[gram].append(number)
     scores, shared = _scores(programs, owners)
+    large = np.array([len(one.prints) >= ENOUGH for one in programs], dtype=bool)
+    alike = np.where((shared >= COMMON) & np.logical_and.outer(large, large), np.maximum(scores, shared), scores)
     left_of, right_of = np.triu_indices(len(programs), 1)
     above = left_of[left_of < len(new)], right_of[left_of < len(new)]  # at least one of each pair is new
     same = _identical(programs, boilerplate)
@@ -107,7 +113,7 @@ def compare(
             )
         )
     left_out = [one.student for one in every if not one.texts]
-    groups = _groups(programs, scores, above[0], above[1], (scores[above] >= STRIKING) | (same[above] > 0))
+    groups = _groups(programs, alike, above[0], above[1], (alike[above] >= STRIKING) | (same[above] > 0))
     hidden = [f"{one.student} ({', '.join(one.hidden)})" for one in new if one.hidden]
     doubtful = [f"{one.student} ({', '.join(one.doubtful)})" for one in new if one.doubtful]
     rising = sorted(map(float, scores[above]))
@@ -116,7 +122,7 @@ def compare(
 
 def _groups(
     programs: list[Program],
-    scores: NDArray[np.floating],
+    alike: NDArray[np.floating],
     left_of: NDArray[np.intp],
     right_of: NDArray[np.intp],
     striking: NDArray[np.bool_],
@@ -130,7 +136,7 @@ def _groups(
             group_of.update(dict.fromkeys(group_of[right], group_of[left]))
     scores_of: dict[int, list[float]] = defaultdict(list)  # by the group's first member
     for left, right in pairs:
-        scores_of[min(group_of[left])].append(float(scores[left, right]))
+        scores_of[min(group_of[left])].append(float(alike[left, right]))
     groups = []
     for first, found in scores_of.items():
         members = [programs[number] for number in sorted(group_of[first])]

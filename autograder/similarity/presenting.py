@@ -5,7 +5,7 @@ from pathlib import Path
 
 from autograder.results import pages
 from autograder.results.text import counted
-from autograder.similarity.comparing import Finding, Group, Pair
+from autograder.similarity.comparing import STRIKING, Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 
@@ -60,7 +60,9 @@ def _why(group: Group) -> str:
 
 def _like(pair: Pair) -> str:
     """Return what the two students of a pair have in common."""
-    return f"the same to the letter: {', '.join(pair.identical)}" if pair.identical else f"{pair.score:.0f}"
+    if pair.identical:
+        return f"the same to the letter: {', '.join(pair.identical)}"
+    return f"{pair.score:.0f}" if pair.score >= STRIKING else f"{pair.score:.0f}, {pair.shared:.0f} % in common"
 
 
 def page(findings: Iterable[Finding]) -> str:

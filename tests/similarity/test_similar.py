@@ -449,6 +449,19 @@ def test_a_group_of_copies_is_one_line_with_all_names(known):
     assert (large.identical, large.partly) == (["calculator_client.py"], ["calculator_server.py"])
 
 
+def test_a_ring_of_disguised_copies_does_not_hide_itself_by_its_size(known):
+    """What many have counts little for a pair's score; what a pair has in common counts all the same."""
+    ring = [f"student {number}" for number in range(9)]
+    handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
+    handed_in += [(name, {f: f"# {name}\n{text}" for f, text in copy(REFERENCE).items()}) for name in ring]
+    found = compare("calculator", handed_in, known, 1000)
+    assert max(pair.score for pair in found.pairs) < comparing.STRIKING
+    assert [group.students for group in found.groups] == [ring]
+    assert found.groups[0].highest == 100
+    (lines,) = presenting.striking(found, 1).values()
+    assert len(lines) == 36 and all(line.endswith(" % in common)") for line in lines), lines
+
+
 def test_what_was_given_is_identical_for_no_one(known):
     given = next(text for text in known if text.count("\n") > 20)
     found = compare("calculator", [("ada", {"a.py": given}), ("bob", {"a.py": given})], known, 3)
