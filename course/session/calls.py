@@ -21,7 +21,7 @@ from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
-from course.session.offered import none_will_offer
+from course.session.offered import may_serve, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.source import answering, blocked, wrong_result
@@ -257,7 +257,7 @@ class Calls:
 
     def _look_at(self, service: str, *, again: bool = False) -> None:
         """Raise NodeFailed if a node that serves `service`, or should serve it, has an unreported failure."""
-        if report := self.watch.reason(service, again=again):
+        if report := self.watch.reason(service, lambda handle: may_serve(handle.source, service), again=again):
             raise NodeFailed(f"{service} does not answer.\n{report}")
 
     def _client(self, service: str, srv_type: type[Any]) -> Client:

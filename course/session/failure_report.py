@@ -19,7 +19,7 @@ from rclpy.exceptions import InvalidHandle, NotInitializedException
 
 from course.ros.rclpy_internals import GoalFault
 from course.session.clashes import other_type
-from course.session.hints import hint, never_called, never_spins, returns_nothing
+from course.session.hints import hint, makes_no_node, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
 from course.session.source import defined, ends_its_node, exits, is_cell, no_list, no_result, wrong_guard, wrong_return
 
@@ -165,6 +165,8 @@ def of_program(
         return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))
     if never_called(source):
         why = NEVER_CALLED
+    elif status == 0 and (idle := makes_no_node(source)):
+        why = idle
     elif status == 0 and never_spins(source):
         why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:

@@ -104,6 +104,20 @@ def never_called(source: str, name: str = "main") -> bool:
     return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
 
 
+def makes_no_node(source: str) -> str:
+    """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
+    tree = parse(source)
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
+    if any(list(calls(tree, name)) for name in ("create_node", "Node", *(node.name for node in nodes))):
+        return ""
+    if nodes:
+        return (
+            f"The file has the class {nodes[-1].name}, and makes no node of it. `main()` creates the node and spins "
+            "it, and the file ends with `if __name__ == '__main__': main()`."
+        )
+    return "" if re.search(r"\b(?:rclpy|course|import_module)\b", source) else "It ended at once: it makes no node."
+
+
 def never_spins(source: str) -> bool:
     """Return True if a program makes its node but never waits for callbacks."""
     tree = parse(source)
@@ -450,7 +464,9 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
         return f"An attribute of the node needs `self.`: write `self.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `self.{name}`."
-    for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file
+    for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`
+        if not path.stem.isidentifier():
+            continue
         with contextlib.suppress(OSError, ValueError):
             if re.search(rf"^class {name}\b", read_regular(path, MOST).decode(errors="replace"), re.MULTILINE):
                 return (

@@ -1,6 +1,7 @@
 """Finds out from a program's text that it cannot offer a certain service, action or topic."""
 
 import ast
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -17,6 +18,32 @@ MAKERS = {
     "ActionServer": (2, "action_name"),
     "ActionClient": (2, "action_name"),
 }
+
+
+# The services of every node, which no program makes by `create_service`.
+OF_A_NODE = {
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "get_type_description",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+}
+
+
+def may_serve(source: str, service: str) -> bool:
+    """Return False if a program's text shows that it cannot serve `service`: it makes others, or no node of that name.
+
+    The text of a node may be unknown (''): it may serve anything.
+    """
+    node, _, last = service.rpartition("/")
+    if last in OF_A_NODE:
+        return not source or node.rpartition("/")[2] in source
+    if source and not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source)):
+        return False
+    others = other_names(source, "create_service", service)
+    return "/_action/" in service or not (others or _has_none(source, "create_service"))
 
 
 def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
@@ -48,5 +75,11 @@ def _has_none(source: str, maker: str) -> bool:
     tree = parse(source)
     classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
     plain = all(name_of(base) == "Node" for each in classes for base in each.bases)
-    own = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
-    return bool(classes) and plain and maker not in source and not any(Path(f"{name}.py").exists() for name in own)
+    return bool(classes) and plain and maker not in source and not _own_modules(tree)
+
+
+def _own_modules(tree: ast.AST) -> list[str]:
+    """Return the modules that a program imports from files beside it."""
+    named = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    named += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    return [name for name in named if Path(f"{name}.py").exists()]

@@ -7,7 +7,7 @@ finds no server (`reason`), and before each cell (`pending`).
 import os
 import threading
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from course.errors import NodeFailed
 from course.registry import told_elsewhere
@@ -33,14 +33,14 @@ class Watch:
             self._tell(handle, number)
             raise NodeFailed(str(report))
 
-    def reason(self, service: str, *, again: bool = False) -> FailureReport | None:
+    def reason(self, service: str, meant: Callable[[Handle], bool], *, again: bool = False) -> FailureReport | None:
         """Return the failure that left `service` without a server, and mark it as told; with `again`, also a told one.
 
-        A node that is not known to have served anything counts, too: it may have been meant to serve this.
+        A node that is not known to have served anything counts, too, if it may have been `meant` to serve this.
         """
         reports = self._all() if again else self._untold()
         for handle, number, report in reversed(list(reports)):
-            if not handle.services or service in handle.services:
+            if service in handle.services if handle.services else meant(handle):
                 self._tell(handle, number)
                 return report
         return None

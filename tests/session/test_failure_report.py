@@ -800,3 +800,25 @@ def test_what_is_taken_for_something_else_is_named(error, text, code, says):
     importlib.import_module("course.notebook.terminal")
     said = hint(error, text, code)
     assert said.startswith(says) and bool(said) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("source", "says"),
+    [
+        ("class Motors(Node):\n    pass\n", "The file has the class Motors, and makes no node of it."),
+        ("print(1)\n", "It ended at once: it makes no node."),
+        ("class Motors(Node):\n    pass\nnode = Motors()\n", "nothing spins its node"),
+        ("import rclpy\nnode = rclpy.create_node('a')\n", "nothing spins its node"),
+    ],
+)
+def test_a_program_that_ends_at_once_says_what_is_missing(tmp_path, source, says):
+    (path := tmp_path / "a.py").write_text(source)
+    assert says in failure_report.of_program(path, "", 0).hint
+
+
+def test_a_copy_of_a_file_is_not_the_file_that_has_a_class(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "motor.edited-1.py").write_text("class Motors(Node):\n    pass\n")
+    assert hint("NameError: name 'Motors' is not defined") == ""
+    (tmp_path / "motor.py").write_text("class Motors(Node):\n    pass\n")
+    assert "`Motors` is a class of the file motor.py" in hint("NameError: name 'Motors' is not defined")

@@ -23,6 +23,7 @@ from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
 from course.session.matching import unfit_service, unfit_topics, unlike_clients
 from course.session.no_world import no_world
+from course.session.offered import may_serve
 from course.world.node import World
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -94,6 +95,28 @@ def test_a_client_of_another_type_than_the_server_is_told_after_a_wait_in_vain(s
     assert not session.until(lambda: False, timeout=TELLING)
     says = "asker has a client of /served with the type std_srvs/srv/SetBool, and this notebook serves it with"
     assert any(text.startswith(says) for text in session.watch.notices())
+
+
+@pytest.mark.parametrize(
+    ("service", "source", "may"),
+    [
+        ("/add", "import rclpy\nnode.create_service(Add, 'add', f)\n", True),
+        ("/add", "import rclpy\nnode.create_service(Add, name, f)\n", True),
+        ("/add", "import rclpy\nnode.create_service(Add, 'sum', f)\n", False),
+        (
+            "/add",
+            "class Client(Node):\n    def __init__(self):\n        self.create_client(Add, 'add')\nrclpy\n",
+            False,
+        ),
+        ("/add", "print('x')\n", False),
+        ("/add", "from course.nodes.adder import main\nmain()\n", True),
+        ("/add", "", True),
+        ("/cruise/set_parameters", "import rclpy\nrclpy.create_node('cruise')\n", True),
+        ("/cruise/set_parameters", "import rclpy\nrclpy.create_node('pid')\n", False),
+    ],
+)
+def test_a_program_that_has_died_is_the_cause_only_if_it_may_have_served_this(service, source, may):
+    assert may_serve(source, service) is may
 
 
 def test_what_keeps_a_publisher_from_its_subscription(session):
