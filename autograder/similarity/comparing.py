@@ -17,7 +17,7 @@ ENOUGH = 10  # fingerprints: a program with fewer counts as if it had as many, b
 LONGEST = 50_000  # characters of a file, five times what the exercises need: longer ones would take minutes
 LEAST = 1  # score of a pair that is shown
 STRIKING = 60  # score of a pair; independent right answers stay below 30
-COMMON = 80  # percent in common: striking whoever else has it, as in a ring of copies; independent answers stay below 30
+COMMON = 80  # percent in common, striking whoever else has it: as in a ring of copies
 
 
 @dataclass(frozen=True)

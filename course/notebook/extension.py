@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from course.errors import CourseError
 from course.foundation import cells
 from course.notebook.file_differences import written_by
-from course.notebook.file_record import note_passed
+from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.slips import slips
 
@@ -133,8 +133,8 @@ def _news_before(*_: Any) -> None:
 
 
 def _news_after(result: Any, *_: Any) -> None:
-    """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has passed."""
-    if result.success:
+    """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has run."""
+    if result.error_before_exec is None:
         _note_check(str(result.info.raw_cell or ""))
     if isinstance(result.error_before_exec, SyntaxError):
         _tell_of_shell(str(result.info.raw_cell or ""))
@@ -153,13 +153,13 @@ def _tell_of_shell(cell: str) -> None:
 
 
 def _note_check(source: str) -> None:
-    """Note for which files a public check of a notebook in the kernel's folder has passed."""
+    """Note which files a public check of a notebook in the kernel's folder has judged."""
     if "assert" not in source:  # most cells are none, and reading the notebooks takes time
         return
     for path, known in cells.readable(sorted(Path().glob("*.ipynb"))):
         for at, cell in enumerate(known):
             if cell.public_check and cell.source == source:
-                note_passed(path.parent, cell.name, [name for above in known[:at] if (name := written_by(above))])
+                note_checked(path.parent, cell.name, [name for above in known[:at] if (name := written_by(above))])
 
 
 def _pending() -> list[str]:

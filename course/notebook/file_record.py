@@ -1,4 +1,4 @@
-"""A record beside a notebook: which text its exercise cells wrote to each file, and for which text a check passed.
+"""A record beside a notebook: which text its exercise cells wrote to each file, and which text a check has judged.
 
 It outlives the kernel, and tells a file that was edited elsewhere from one that is as its cell wrote it.
 """
@@ -33,7 +33,7 @@ def written(folder: Path) -> dict[str, str]:
 
 
 def checked(folder: Path, check: str) -> dict[str, str]:
-    """Return the digest that each file had when the check called `check` last passed in `folder`."""
+    """Return the digest that each file had when the cell of the check called `check` last ran in `folder`."""
     known = _record(folder).get(CHECKED)
     return _texts(known.get(check)) if isinstance(known, dict) else {}
 
@@ -43,8 +43,8 @@ def note_written(file: Path, content: bytes) -> None:
     _note(file.parent, WRITTEN, file.name, digest(content))
 
 
-def note_passed(folder: Path, check: str, files: list[str]) -> None:
-    """Note that the check called `check` has passed for the files of `folder` with these names."""
+def note_checked(folder: Path, check: str, files: list[str]) -> None:
+    """Note that the check called `check` has judged the files of `folder` with these names as they are now."""
     _note(folder, CHECKED, check, {name: digest_of(folder / name) for name in files})
 
 

@@ -156,16 +156,21 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
         return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
     if cell.count is None:
         return "not run"
-    if any(above.solution and (above.count or 0) > cell.count and not refused(above) for above in before):
+    files = [name for above in before if (name := written_by(above))]
+    judged = file_record.checked(folder, cell.name)
+    if judged.keys() >= {*files}:  # the numbers of the cells say nothing: another kernel may have run some of them
+        written = [name for name in files if judged[name] != file_record.digest_of(folder / name)]
+        if written:
+            return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN
+    elif any(above.solution and (above.count or 0) > cell.count and not refused(above) for above in before):
         return AGAIN
     if error := next((output for output in cell.outputs if output.get("output_type") == "error"), None):
         lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
         return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
-    passed = file_record.checked(folder, cell.name)
     changed = [
         name
-        for above in before
-        if (name := written_by(above)) and (why := differ.get(name))
-        if why != FILE_EDITED or passed.get(name) != file_record.digest_of(folder / name)
+        for name in files
+        if (why := differ.get(name))
+        if why != FILE_EDITED or judged.get(name) != file_record.digest_of(folder / name)
     ]
     return f"{CHANGED}: {changed[0]}" if changed else PASSED

@@ -180,7 +180,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
             if not live.ok:
                 raise CourseError("the session has ended before the goal")
             if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
-                report = live.watch.reason(f"{name}/_action/send_goal", again=True)
+                report = live.watch.reason(f"{name}/_action/send_goal", lambda handle: True, again=True)
                 raise CourseError(f"the action server of {name} has gone: no result will come.\n{report or ''}".strip())
             if sent.cancel_unanswered.is_set() and not wait_until(
                 lambda: not sent.cancel_unanswered.is_set() or sent.ended.is_set(), CANCEL
