@@ -103,6 +103,7 @@ class Lifecycle(ABC):
         self.file = file
         self.state = State.DOWN
         self.starts = 0
+        self.ends = 0  # how often it has ended by itself after it had offered what was wanted
         self.fresh = True  # set to False after a message to this start that changes its behaviour
         self._offered: set[tuple[str, ...]] = set()  # what this start has offered of what was wanted
         self._missed: dict[tuple[str, ...], Fault] = {}  # what the program failed to offer twice
@@ -118,6 +119,11 @@ class Lifecycle(ABC):
     def ever_answered(self) -> bool:
         """Return True if any of its starts has answered a question."""
         return bool(self._answered)
+
+    @property
+    def has_ended(self) -> bool:
+        """Return True if the latest start has ended by itself, and nobody has asked it since."""
+        return self.state in (State.STARTING, State.SERVING) and not self.program.alive
 
     @abstractmethod
     def launch(self) -> Running:
@@ -166,6 +172,7 @@ class Lifecycle(ABC):
     def up(self, *wanted: str) -> None:
         """Ensure that the program runs and offers what is `wanted` (default: all); raises a Fault after two tries."""
         if self.state is State.SERVING and not self.program.alive:
+            self.ends += 1
             self._is_down()
             self._lives -= 1
         if self._lives < 0 and self.state is not State.HOPELESS:
@@ -215,6 +222,7 @@ class Lifecycle(ABC):
                     self._lives -= 1
                 return answer
             died = not self.program.alive or self.program.wait(DYING)
+            self.ends += died
             fault, again = self._on_death(what) if died else self._on_silence(what, limit)
             if not again:
                 break

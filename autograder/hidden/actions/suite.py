@@ -197,8 +197,8 @@ def test_stops_where_it_stands(quick: Quick, slow: Slow, rng: random.Random) -> 
 
 @points(4, cell="lift-server")
 @twice
-def test_cancel(cancelled: Cancelled) -> None:
-    """A goal is cancelled within a step: the cabin begins no other."""
+def test_cancel(cancelled: Cancelled, quick: Quick) -> None:
+    """A goal is cancelled within a step: the cabin begins no other, and the next goal is served."""
     with cancelled.sample() as goal:
         if not goal.cancel_sent:
             raise Wrong(
@@ -213,6 +213,17 @@ def test_cancel(cancelled: Cancelled) -> None:
         expect_begun(goal)
         expect_over(Ride(cancelled.floors, goal), goal.cancel_sent, STEP, "A goal that is cancelled")
         expect_no_other_step(goal, goal.cancel_answered, "When the request to cancel is accepted,")
+        ends, ended_then = cancelled.ends, cancelled.has_ended
+        place = min(max(goal.result.floor, 0), TOP)
+        beside = place + 1 if place < TOP else place - 1
+        after = Ride([beside], cancelled.run([beside]))
+        if ended_then or cancelled.ends > ends:
+            raise Wrong("After a cancel the lift must go on, and the next goal must be worked on. It ended.")
+        if not quick.ends_well(after):
+            raise Wrong(
+                f"After a cancel, the next goal must be worked on. It {cancelled.how(after.end)}.",
+                f"{place}, then {beside}: {after.goal.result}",
+            )
 
 
 def expect_begun(goal: Goal) -> None:

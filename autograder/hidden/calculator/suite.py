@@ -34,6 +34,7 @@ from autograder.hidden.calculator.conversation import (
 from autograder.sandbox.cleaning import CONTROL
 from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, numbers, points, twice
 from course.interfaces import InterfaceError, parse
+from course.foundation.waiting import wait_until
 from course.interfaces.definition import Field
 
 REQUEST = [("float64", "a"), ("float64", "b"), ("string", "operation")]
@@ -44,6 +45,7 @@ SHOWN = 0.06  # what rounding to one decimal may cost a result that the client p
 INFINITE = re.compile(r"(?<![a-z])inf(inity)?(?![a-z])|∞", re.IGNORECASE)  # and not as in "[INFO]"
 FOUND = 1.0  # s for which the client must wait for a server, by the task
 WRITTEN = 3.0  # s until a log line has arrived
+LATER = 1.0  # s after a refusal for which the server is seen to go on
 LETTERS = "bdfgklmnp"  # of words that are no operation
 UNANSWERED = "with a server that gives no answer"
 TESTED_WITH = "(Your programs were tested with the correct definition.)"
@@ -200,6 +202,9 @@ def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None
                 f"{told(after, answer)}.",
                 f"got {after}",
             )
+    program = calculator.program
+    wait_until(lambda: not program.alive, LATER)
+    calculator.ask(*question)
     if calculator.starts != starts:
         raise Wrong("The server answered what cannot be done, but then it ended. It must go on.")
 

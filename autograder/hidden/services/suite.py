@@ -45,6 +45,7 @@ from course.foundation.waiting import wait_until
 PROMPT = 5.0  # s in which the relay must answer when /add_two_ints is not available
 BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
+LATER = 0.8  # s after a failed call for which the relay is seen to go on
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
 KEPT = 6.5  # s for which the motors keep their state when nobody asks for anything
@@ -492,7 +493,13 @@ def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
 @twice
 def test_goes_on_afterwards(lonely: Relay) -> None:
     """After such a failure the relay keeps running, and works while /add_two_ints is there."""
+    if lonely.failed == lonely.starts > 0 and lonely.has_ended:
+        raise Wrong(
+            f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended: "
+            f"{last_words(lonely.program)}."
+        )
     lonely.up(offer(RELAY))
+    ends = lonely.ends
     if lonely.failed != lonely.starts:
         # That it must have an answer, and which, another test judges.
         lonely.answers_again(BEFORE if lonely.has_been_silent else PROMPT + SLACK)
@@ -545,6 +552,8 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
         else:
             how = f"The first one that did was made {took:.1f} s later, at best. Look at each call if it is there."
         raise Wrong(f"{ADD} was gone, and is there again: a call of {RELAY} must succeed. {how}")
+    if lonely.ends > ends or wait_until(lambda: lonely.has_ended, LATER):
+        raise Wrong(f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended.")
 
 
 @points(0.5, cell="relay")

@@ -920,6 +920,32 @@ def nothing(does: str, client: str | bytes = SAYS_NO, answer: str = "ACCEPT") ->
 
 # What is wrong, and the tests that it loses (without "test_").
 WRONG = {
+    "the goal after a cancelled one is aborted": (
+        server(
+            (
+                CANCEL,
+                CANCEL.replace("                break\n", "                self.over = True\n                break\n"),
+            ),
+            (
+                "            if self.blocked or self.newest is not goal_handle:\n",
+                "            if self.blocked or self.newest is not goal_handle or vars(self).pop('over', False):\n",
+            ),
+        ),
+        {"cancel", "cancel_while_waiting"},
+    ),
+    "ends 0.7 s after a cancel": (
+        server(
+            ("import threading\n", "import os\nimport threading\n"),
+            (
+                CANCEL,
+                CANCEL.replace(
+                    "                break\n",
+                    "                threading.Timer(0.7, os._exit, (0,)).start()\n                break\n",
+                ),
+            ),
+        ),
+        {"cancel"},
+    ),
     # Answers that do nothing of what is asked for.
     "refuses everything; a client that says no": (nothing("pass", answer="REJECT"), SERVER_TESTS | CLIENT_TESTS),
     "every goal is aborted at once; a client that says SUCCEEDED": (

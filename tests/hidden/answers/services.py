@@ -1230,6 +1230,16 @@ WRONG = {
         ),
         {"goes_on_afterwards"},
     ),
+    "relay ends 0.7 s after it has failed": (
+        relay(
+            ("import rclpy\n", "import os\nimport threading\n\nimport rclpy\n"),
+            (
+                "            response.success = False\n",
+                "            threading.Timer(0.7, os._exit, (0,)).start()\n            response.success = False\n",
+            ),
+        ),
+        {"goes_on_afterwards"},
+    ),
     "relay remembers that there was a server": (
         relay(
             (

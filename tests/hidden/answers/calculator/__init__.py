@@ -711,6 +711,16 @@ WRONG = {
         ),
         SERVER_TESTS - OPERATIONS - {"precision"},
     ),
+    "ends 0.7 s after a refusal": (
+        server(
+            ("import rclpy\n", "import os\nimport threading\n\nimport rclpy\n"),
+            (
+                RETURN,
+                "        if not response.success:\n            threading.Timer(0.7, os._exit, (0,)).start()\n" + RETURN,
+            ),
+        ),
+        {"refuses_and_goes_on"},
+    ),
     "a division by zero spoils the next result": (
         server(
             (
