@@ -33,8 +33,8 @@ from autograder.hidden.calculator.conversation import (
 )
 from autograder.sandbox.cleaning import CONTROL
 from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, numbers, points, twice
-from course.interfaces import InterfaceError, parse
 from course.foundation.waiting import wait_until
+from course.interfaces import InterfaceError, parse
 from course.interfaces.definition import Field
 
 REQUEST = [("float64", "a"), ("float64", "b"), ("string", "operation")]
