@@ -215,6 +215,18 @@ def test_the_reference_passes(empty, exercise):
     assert set(Page(exercise).judge(answers.solution(exercise)).values()) == {cells.PASSED}
 
 
+AGAIN = "ai_integration"  # whose check hears what the node publishes; the other exercises' belong to the matrix
+
+
+@pytest.mark.parametrize(
+    "exercise", [pytest.param(each, marks=[pytest.mark.matrix] * (each != AGAIN)) for each in answers.names()]
+)
+def test_each_check_passes_again_in_the_same_kernel(empty, exercise):
+    page = Page(exercise)
+    for name in page.judge(answers.solution(exercise)):
+        assert (name, page.check(name)) == (name, cells.PASSED)
+
+
 @pytest.mark.parametrize(
     ("exercise", "name"),
     [
@@ -627,6 +639,15 @@ def each_night(*case: str):
             "node.call(a, b, operation)\n    except KeyboardInterrupt:\n        return 130\n",
             "node.call(a, b, operatoin)\n    except Exception:\n        response = None\n",
             "\n    except Exception:\nThis catches every exception, also that of a misspelt name",
+        ),
+        (
+            "services",
+            "motor-service",
+            "motor_service.py",
+            "        self.stopped = request.data\n",
+            "        self.stopped = request.data\n        [each.cancel() for each in list(self.timers)]\n"
+            "        self.create_timer(0.3, lambda: setattr(self, 'stopped', False))\n",
+            "the emergency stop ended without a request",
         ),
         (
             "services",
