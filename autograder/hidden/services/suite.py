@@ -46,6 +46,7 @@ PROMPT = 5.0  # s in which the relay must answer when /add_two_ints is not avail
 BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
 LATER = 0.8  # s after a failed call for which the relay is seen to go on
+UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
 KEPT = 6.5  # s for which the motors keep their state when nobody asks for anything
@@ -389,6 +390,13 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
                 raise Wrong(
                     f"Two callers wait, and {ADD} answers the question of the {which}: its caller was told the sum of "
                     f"{whose}."
+                )
+            other = futures[-1 - index]
+            if wait_until(other.done, UNASKED):
+                relay.end()  # what it owes must not come later
+                raise Wrong(
+                    f"Two callers wait, and {ADD} answers the question of the {which}: the other caller was answered, "
+                    f"too, while its own question was open, with {shown(other.result())}."
                 )
         relay.all_answered(futures)
 
