@@ -645,8 +645,10 @@ def each_night(*case: str):
             "motor-service",
             "motor_service.py",
             "        self.stopped = request.data\n",
-            "        self.stopped = request.data\n        [each.cancel() for each in list(self.timers)]\n"
-            "        self.create_timer(0.3, lambda: setattr(self, 'stopped', False))\n",
+            (
+                "        self.stopped = request.data\n        [each.cancel() for each in list(self.timers)]\n"
+                "        self.create_timer(0.3, lambda: setattr(self, 'stopped', False))\n"
+            ),
             "the emergency stop ended without a request",
         ),
         (

@@ -1234,18 +1234,22 @@ WRONG = {
         relay(
             (
                 "        answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))\n",
-                "        mine = Future()\n"
-                "        self.waiting = [*getattr(self, 'waiting', []), mine]\n"
-                "        self.client.call_async(AddTwoInts.Request(a=a, b=b)).add_done_callback(self.wake)\n"
-                "        answer = await mine\n",
+                (
+                    "        mine = Future()\n"
+                    "        self.waiting = [*getattr(self, 'waiting', []), mine]\n"
+                    "        self.client.call_async(AddTwoInts.Request(a=a, b=b)).add_done_callback(self.wake)\n"
+                    "        answer = await mine\n"
+                ),
             ),
             (
                 "    async def relay(",
-                "    def wake(self, future):\n"
-                "        for each in self.waiting:\n"
-                "            each.set_result(future.result())\n"
-                "        self.waiting = []\n\n"
-                "    async def relay(",
+                (
+                    "    def wake(self, future):\n"
+                    "        for each in self.waiting:\n"
+                    "            each.set_result(future.result())\n"
+                    "        self.waiting = []\n\n"
+                    "    async def relay("
+                ),
             ),
             ("from rclpy.node import Node\n", "from rclpy.node import Node\nfrom rclpy.task import Future\n"),
         ),
