@@ -136,6 +136,7 @@ def of_program(
     `exited` are the frames of the call of `exit()` that has ended it, if known.
     """
     source = text_at(path)
+    output = _up_to_its_end(output, path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
     callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)
@@ -243,6 +244,7 @@ def hint_on(error: Exception) -> str:
 
 def failed_goals(path: Path, output: str) -> list[FailureReport]:
     """Return reports on a program's failed goals from its output, one for each place of an exception."""
+    output = _up_to_its_end(output, path)
     reports = [of_goal(path.name, GoalFault.NO_DECISION)] if NO_DECISION in output else []
     rest = re.sub(f"{GOAL_FAILED}.*?{STATE_NOT_SET}", "", output, flags=re.DOTALL)  # it follows each
     if STATE_NOT_SET in rest.partition(MARK)[0]:  # the goals of a program that is ending have no state of their own
@@ -279,6 +281,25 @@ def where(stacks: str, path: Path) -> tuple[Frame, ...]:
 
 def _waits_for_lock(frames: list[Frame]) -> bool:
     return bool(frames) and re.search(r"^with (?!.*\()|\.acquire\(", frames[-1].code) is not None
+
+
+def _up_to_its_end(output: str, path: Path) -> str:
+    """Return a program's output up to the traceback that ended it.
+
+    What its other threads raise after that is a consequence: main() has perhaps destroyed what they use.
+    """
+    lines = output.splitlines()
+    starts = [number for number, line in enumerate(lines) if line.rstrip().endswith(MARK)]
+    first_frames = [FRAME.match(line) for number in starts for line in [*lines[number + 1 :], ""][:1]]
+    ends = [
+        number
+        for number, frame in zip(starts, first_frames, strict=True)
+        if frame and Path(frame[1]).name == path.name and frame[3] == "<module>"
+    ]
+    for number in range(ends[-1] + 1 if ends else len(lines), len(lines)):
+        if any(mark in lines[number] for mark in (MARK, GOAL_FAILED, STATE_NOT_SET)):
+            return "\n".join(lines[:number])
+    return output
 
 
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:

@@ -40,6 +40,7 @@ METHOD_ASKED = """class A:
         if self.ready:
             return self.scan['front']
 """
+MARK = "Traceback (most recent call last):"
 SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
 def after(self, params):
     self.set_parameters(params)
@@ -565,6 +566,22 @@ def test_a_goal_without_a_state_and_one_with_an_exception(tmp_path):
         "",
         "KeyError: x",
     ]
+
+
+def test_what_a_goal_raises_after_the_program_has_failed_is_no_cause(tmp_path):
+    path = tmp_path / "lift.py"
+    path.write_text("server = ActionServer(node, Lift, '/lift', execute)\n\ndef execute(goal):\n    return\n")
+    line = "The 'result' field must be a sub message of type 'Lift_Result'"
+    ended = f'{MARK}\n  File "/a/lift.py", line 9, in <module>\n    main()\nAssertionError: {line}\n'
+    after = (
+        "[ERROR] [lift.action_server]: Error raised in execute callback: feedback publisher is invalid\n"
+        f'{MARK}\n  File "/a/lift.py", line 4, in execute\n    publish_feedback(x)\nRCLError: publisher is invalid\n'
+        "[WARN] [lift.action_server]: Goal state not set, assuming aborted. Goal ID: 1\n"
+    )
+    report = failure_report.of_program(path, ended + after, 1)
+    assert report.error == f"AssertionError: {line}" and "'execute' must end with `return Lift.Res" in report.hint
+    assert failure_report.failed_goals(path, ended + after) == []
+    assert [each.error for each in failure_report.failed_goals(path, after + ended)] == ["RCLError: publisher is invalid"]
 
 
 def test_a_goal_callback_that_returns_no_response(tmp_path):
