@@ -33,6 +33,7 @@ LISTED = 8  # services that are named in a message
 GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
 TELLING = 2.0  # s more, after which the reader learns why there is no server, if the wait is to last much longer
 PATIENT = 5.0  # s that are much longer
+SOON = 20  # the look at which a program that has no server yet is asked where it is: after about 1 s
 GRACE = 1.0  # s that discovering a server may take before a dead node is reported instead
 
 
@@ -185,7 +186,8 @@ class Calls:
         server = servers[0]
         asked = name if name in server.services else f"{name}{SEND}"
         asked_before = server in self._owing or time.time() - server.started > time.monotonic() - beside
-        patience = Patience(server, lambda: answering(server.source, name), math.inf if asked_before else limit)
+        limit = math.inf if asked_before else limit
+        patience = Patience(lambda: server.hang(answering(server.source, name), limit))
 
         def look() -> str:
             frames = patience.exhausted()
@@ -281,9 +283,44 @@ class Calls:
         if left > PATIENT and not wait_until(client.service_is_ready, TELLING):
             say(f"Still waiting for {client.service_name}. {self.apart(client)}")
             left -= TELLING
-        if not wait_until(client.service_is_ready, left):
+        stuck = self._stuck("create_service", client.service_name)
+        if not wait_until(client.service_is_ready, left, unless=stuck) and not client.service_is_ready():
+            if at := stuck():
+                raise CallTimeout(f"no server for {client.service_name} yet.{at}")
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
         self._tell_who_answers(client.service_name)
+
+    def _beginners(self, maker: str, name: str) -> list[NodeProcess]:
+        """Return the running programs that may still make `name` by `maker`, by their text."""
+        programs = [each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive]
+        return [each for each in programs if not none_will_offer({each.name: each}, maker, name)]
+
+    def _stuck(self, maker: str, name: str) -> Callable[[], str]:
+        """Return a function for a wait for a server, to be called again and again.
+
+        It returns '', or lines that say where the only program that may still make `name` is, in an endless loop.
+        """
+        programs = self._beginners(maker, name)
+        if len(programs) != 1:
+            return str
+        patience = Patience(lambda: programs[0].beginning(endless=True), SOON)
+        found: list[str] = []
+
+        def look() -> str:
+            if not found and (frames := patience.exhausted()):
+                found.append("\n".join(["", f"{programs[0].name} is here, in a loop that does not end:", *map(str, frames)]))
+            return "".join(found)
+
+        return look
+
+    def beginning(self, maker: str, name: str) -> str:
+        """Return lines that say where the programs are that may still make `name` by `maker`; '' without such."""
+        found = []
+        for each in self._beginners(maker, name):
+            first, second = each.beginning(), each.beginning()
+            if first and second and first[-1].function == second[-1].function:
+                found += ["", f"{each.name} is here:", *map(str, second)]
+        return "\n".join(found)
 
     def _tell_who_answers(self, service: str) -> None:
         """Tell the reader, once, about several servers of `service`, or one that the session did not start."""
@@ -350,11 +387,12 @@ class Calls:
         if unfit := self._misfit(client):
             return unfit
         listed = ", ".join(sorted(served)[:LISTED])
+        at = self.beginning("create_service", client.service_name)
         if served:
-            return f"Served here: {listed}."
+            return f"Served here: {listed}.{at}"
         running = [name for name, handle in list(self._handles.items()) if handle.alive]
         if running:
-            return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?"
+            return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?{at}"
         return "There are no services here: has the node been started?"
 
 

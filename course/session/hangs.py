@@ -1,4 +1,4 @@
-"""Finds out that a program's callback cannot return in time, from the stacks of its threads and its text.
+"""Finds out that a program's callback, or its start, cannot end in time, from its threads' stacks and its text.
 
 Only what is certain counts, because a wait ends early for it: a `sleep` that is longer than the limit, or a loop that
 cannot end.  However slow the machine is, such a callback returns too late.
@@ -16,6 +16,8 @@ from course.session.source import calls, functions, name_of, parse
 CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
 # A program with one of these may run other code while a callback waits.
 OTHERS = re.compile(r"ThreadedExecutor|EventsExecutor|\bThread\b|\bTimer\b|_thread\b|asyncio|concurrent|\bsignal\b")
+THREADS = re.compile(r"\bThread\b|\bTimer\b|_thread\b|asyncio|concurrent|\bsignal\b")  # the same before it spins
+BY_CTRL_C = ("ExternalShutdownException", "KeyboardInterrupt")  # errors that no loop raises by itself
 IDLE = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in the program
 PURE = ("abs", "all", "any", "bool", "done", "float", "int", "len", "max", "min", "result", "str")
 OF_THE_REQUEST = re.compile(r"(\w+\.)?request\.\w+")  # nothing changes the fields of a request meanwhile
@@ -44,6 +46,25 @@ def hang(stacks: str, path: Path, callbacks: Collection[str], limit: float) -> t
         if late or ((answers or alone) and "suppress" not in source and _in_endless_loop(tree, chain, alone)):
             return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(chain))
     return ()
+
+
+def beginning(stacks: str, path: Path, *, endless: bool) -> tuple[Frame, ...]:
+    """Return the frames of the program at `path` that runs no callbacks yet; () if it does.
+
+    `endless`: only if it is in a loop that cannot end.
+    """
+    source = text_at(path)
+    found, lines = list(threads(stacks)), source.splitlines()
+    chain = [call for call in found[-1] if is_own(call, path)] if found else []  # the main thread comes last
+    spun = any(of_rclpy(call)[0] == EXECUTORS for thread in found for call in thread)
+    if spun or not chain or any(line > len(lines) for _, line, _ in chain):
+        return ()
+    inner = [call for call in chain if call[2] != "<module>"]
+    alone = not THREADS.search(source)
+    if endless and ("suppress" in source or not _in_endless_loop(parse(source), inner, alone)):
+        return ()
+    own = [call for call in inner if call[2] != "main"] or chain[:1]
+    return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(own))
 
 
 def _shortest_sleep(tree: ast.Module, line: int) -> float:
@@ -78,7 +99,9 @@ def _function(tree: ast.Module, line: int) -> Function | None:
 
 
 def _handles_errors(function: Function) -> bool:
-    return any(isinstance(node, ast.ExceptHandler) for node in ast.walk(function))
+    handlers = [node.type for node in ast.walk(function) if isinstance(node, ast.ExceptHandler)]
+    caught = [name for kind in handlers for name in (kind.elts if isinstance(kind, ast.Tuple) else [kind])]
+    return any(name_of(each) not in BY_CTRL_C for each in caught)
 
 
 def _is_endless(loop: ast.While, function: Function, tree: ast.Module, alone: bool) -> bool:

@@ -28,7 +28,7 @@ from course import environment, recorders
 from course.errors import LiveError
 from course.foundation.waiting import in_vain, lookouts, tellers, time_limit, wait_until
 from course.interfaces import builder, kept
-from course.ros.rclpy_internals import watch_goals
+from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
@@ -339,7 +339,8 @@ class Session:
     def apart(self, end: Publisher | Subscription | Client | ActionClient) -> str:
         """Return why a publisher, a subscription, a client or an action client is not matched by another node."""
         if isinstance(end, ActionClient):
-            return unserved(self.node, end)
+            why, name = unserved(self.node, end), action_name(end)
+            return why if name in served_actions(self.node) else why + self._calls.beginning("ActionServer", name)
         if isinstance(end, Client):
             return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)

@@ -233,6 +233,10 @@ class NodeProcess:
         """Return the frames of a callback that will not return in time, as `hangs.hang` does."""
         return self._stacks.hang(self.pid, self.path, callbacks, limit) if self.alive else ()
 
+    def beginning(self, *, endless: bool = False) -> tuple[Frame, ...]:
+        """Return the frames of the program if it runs no callbacks yet, as `hangs.beginning` does; else ()."""
+        return self._stacks.beginning(self.pid, self.path, endless=endless) if self.alive else ()
+
     @property
     def asleep(self) -> bool:
         """Return True if it has ended, or all its threads wait."""

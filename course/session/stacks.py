@@ -15,7 +15,7 @@ from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.session.endless_waits import EndlessSpin, endless_spin, endless_wait, is_at_rest
 from course.session.failure_report import Frame, where
-from course.session.hangs import hang
+from course.session.hangs import beginning, hang
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to write its stacks
@@ -66,6 +66,10 @@ class Stacks:
     def hang(self, pid: int, path: Path, callbacks: Collection[str], limit: float) -> tuple[Frame, ...]:
         """Return the frames of a callback of the process that will not return in time, as `hangs.hang` does."""
         return hang(self._written(pid), path, callbacks, limit)
+
+    def beginning(self, pid: int, path: Path, *, endless: bool) -> tuple[Frame, ...]:
+        """Return the frames of the process if it runs no callbacks yet, as `hangs.beginning` does."""
+        return beginning(self._written(pid), path, endless=endless)
 
     def exits(self, path: Path) -> tuple[Frame, ...]:
         """Return the frames, in the file at `path`, of the last call of `exit()` in another thread than the main one.

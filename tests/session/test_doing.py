@@ -171,6 +171,36 @@ def test_a_program_without_a_node_tells_where_it_is(session, tmp_path, monkeypat
     assert ("server.py has created no node after 1 s. It is here:" in capfd.readouterr().err) == bool(place)
 
 
+@pytest.mark.parametrize(
+    ("before", "limit", "says"),
+    [
+        ("while not self.ready: time.sleep(0.1)", 20.0, "no server for /ask yet.\nserver.py is here, in a loop that"),
+        ("while True: self.get_logger().info('x', throttle_duration_sec=1.0)", 20.0, "no server for /ask yet.\n"),
+        ("while time.time() < self.end: time.sleep(0.1)", 2.5, "no server for /ask within 2.5 s."),
+    ],
+)
+def test_a_call_of_a_program_that_has_not_made_its_server_tells_where_it_is(session, tmp_path, before, limit, says):
+    file = tmp_path / "server.py"
+    body = f"self.ready, self.end = False, time.time() + 60.0\n        {before}\n        self.create_service("
+    text = SERVER.format(body="pass", spin=SPIN, call="main()").replace("self.create_service(", body, 1)
+    file.write_text(text.replace(SPIN, f"try:\n        {SPIN}\n    except KeyboardInterrupt:\n        pass"))
+    session.start(file)
+    began = time.monotonic()
+    with pytest.raises(CallTimeout) as told:
+        session.call("/ask", Trigger, timeout=limit)
+    assert str(told.value).startswith(says) and f"\n  server.py, line 14, in __init__\n    {before}" in str(told.value)
+    assert time.monotonic() - began < 10.0
+
+
+def test_a_server_that_comes_late_is_waited_for(session, tmp_path):
+    file = tmp_path / "server.py"
+    text = SERVER.format(body="response.success = True", spin=SPIN, call="main()")
+    late = "end = time.time() + 4.0\n        while time.time() < end: pass\n        self.create_service("
+    file.write_text(text.replace("self.create_service(", late, 1))
+    session.start(file)
+    assert session.call("/ask", Trigger, timeout=30.0).success
+
+
 def test_what_is_asked_leaves_no_trace_in_the_program(session, tmp_path):
     file = tmp_path / "server.py"
     body = (
