@@ -19,6 +19,7 @@ from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, actio
 from course.session.guards import say
 from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
+from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.offered import may_serve, none_will_offer
@@ -138,7 +139,7 @@ class Calls:
                 client.remove_pending_request(future)
                 raise self._unanswered(service, f"will not answer within {timeout:g} s", at)
 
-        if self._done(future, deadline, look):
+        if self._done(future, deadline, look, service):
             self._owing -= {*servers}
             return future.result()
         client.remove_pending_request(future)
@@ -247,12 +248,18 @@ class Calls:
             return f". {unserved(self.node, client)}"
         return f". No node serves {client.service_name}. {self.apart(client)}"
 
-    def _done(self, future: Future, deadline: float, look: Callable[[], None]) -> bool:
-        """Return True if the future is done before `deadline`; `look` may raise meanwhile."""
-        done = threading.Event()
+    def _done(self, future: Future, deadline: float, look: Callable[[], None], service: str = "") -> bool:
+        """Return True if the future is done before `deadline`; `look` may raise meanwhile.
+
+        In vain, the reader is told of callbacks that have not returned for long, except in the server of `service`.
+        """
+        done, long = threading.Event(), LongCallbacks(self._handles)
         future.add_done_callback(lambda _: done.set())
         while not future.done() and not done.wait(max(0.0, min(LOOK, deadline - time.monotonic()))):
+            long.look()
             if time.monotonic() >= deadline:
+                for text in long.told(service):
+                    self.watch.notice(text)
                 return False
             look()
         return True
@@ -308,7 +315,9 @@ class Calls:
 
         def look() -> str:
             if not found and (frames := patience.exhausted()):
-                found.append("\n".join(["", f"{programs[0].name} is here, in a loop that does not end:", *map(str, frames)]))
+                found.append(
+                    "\n".join(["", f"{programs[0].name} is here, in a loop that does not end:", *map(str, frames)])
+                )
             return "".join(found)
 
         return look

@@ -38,6 +38,7 @@ from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode
 from course.session.logs import Entry, Logs
+from course.session.long_callbacks import LongCallbacks
 from course.session.matching import (
     misfit,
     misspelt_topics,
@@ -322,8 +323,11 @@ class Session:
                 if why and why not in self._told_unfit:
                     self._told_unfit.add(why)
                     say(why)
-            if wait_until(condition, timeout - WORLDLESS):
+            long = LongCallbacks(self._handles)
+            if wait_until(condition, timeout - WORLDLESS, unless=long.look):
                 return True
+            for text in long.told():
+                self.watch.notice(text)
         if timeout >= TELLING:
             self._waited_in_vain()
         return False

@@ -6,6 +6,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from types import FrameType
 from typing import Any, Protocol
 
 from rcl_interfaces.msg import SetParametersResult
@@ -95,6 +96,10 @@ class LiveNode:
     def doing(self) -> tuple[Frame, ...]:
         """Return the frames of a callback that it is in now; () if it only waits for callbacks."""
         return self._spinner.doing()
+
+    def callbacks(self) -> list[tuple[FrameType, tuple[Frame, ...]]]:
+        """Return the callbacks that it is in now, as `Spinner.callbacks` does."""
+        return self._spinner.callbacks()
 
     def is_held_here(self) -> bool:
         """Return True in the node's only thread for callbacks."""

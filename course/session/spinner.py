@@ -7,6 +7,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
+from types import FrameType
 
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -84,8 +85,13 @@ class Spinner:
 
     def doing(self) -> tuple[Frame, ...]:
         """Return the frames of a callback that a thread is in now, those in the reader's cells; () if none is."""
+        return next((frames for _, frames in self.callbacks()), ())
+
+    def callbacks(self) -> list[tuple[FrameType, tuple[Frame, ...]]]:
+        """Return the callbacks, in the reader's cells, that threads are in now: Python's frame, and those to show."""
         threads = (self.thread, *pool_of(self.executor))
-        return next(filter(None, (frames_in_cells(thread.ident or 0) for thread in threads)), ())
+        stacks = [_stack_in_cells(thread.ident or 0) for thread in threads]
+        return [(stack[0], tuple(map(_shown, stack))) for stack in stacks if stack]
 
     def _service_callbacks(self) -> list[Callable[..., object]]:
         return [service.callback for service in self.node.services]
@@ -112,14 +118,21 @@ class Spinner:
 
 def frames_in_cells(thread: int) -> tuple[Frame, ...]:
     """Return the frames, in the reader's cells, of the thread with this identifier."""
+    return tuple(map(_shown, _stack_in_cells(thread)))
+
+
+def _stack_in_cells(thread: int) -> list[FrameType]:
     found, frame = [], sys._current_frames().get(thread)
     while frame:
-        code = frame.f_code
-        if is_cell(code.co_filename):
-            text = linecache.getline(code.co_filename, frame.f_lineno).strip()
-            found.append(Frame("the cell", frame.f_lineno, code.co_name, text))
+        if is_cell(frame.f_code.co_filename):
+            found.append(frame)
         frame = frame.f_back
-    return tuple(reversed(found))
+    return found[::-1]
+
+
+def _shown(frame: FrameType) -> Frame:
+    code = frame.f_code
+    return Frame("the cell", frame.f_lineno, code.co_name, linecache.getline(code.co_filename, frame.f_lineno).strip())
 
 
 def destroy_node(node: Node) -> None:

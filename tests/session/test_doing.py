@@ -1,5 +1,7 @@
 """Where a program is that does not answer: its own line, read from outside, whatever it waits for."""
 
+import contextlib
+import linecache
 import os
 import signal
 import subprocess
@@ -8,11 +10,14 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from rclpy.node import Node
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, NodeFailed
 from course.session import patience, stacks, started_nodes
 from course.session.live import Session
+from course.session.spinner import Spinner
 
 SERVER = """import threading
 import time
@@ -199,6 +204,52 @@ def test_a_server_that_comes_late_is_waited_for(session, tmp_path):
     file.write_text(text.replace("self.create_service(", late, 1))
     session.start(file)
     assert session.call("/ask", Trigger, timeout=30.0).success
+
+
+BLOCKED = """class Waits(Node):
+    def __init__(self):
+        super().__init__('waits')
+        self.client = self.create_client(Trigger, '/waits')
+        self.create_service(Trigger, '/waits', lambda request, response: response)
+        self.create_timer(0.05, self.tick)
+
+    def tick(self):
+        self.client.call(Trigger.Request())
+"""
+
+
+@pytest.mark.parametrize(
+    "wait",
+    [
+        lambda session: session.until(lambda: False, 4.5),
+        lambda session: session.wait(Future(), 3.5),
+        lambda session: session.call("/rest", Trigger, timeout=3.5),
+    ],
+)
+def test_a_wait_in_vain_tells_the_callback_of_a_node_that_does_not_return(session, monkeypatch, wait):
+    cell = "/tmp/ipykernel_1/1.py"
+    monkeypatch.setitem(linecache.cache, cell, (len(BLOCKED), None, BLOCKED.splitlines(keepends=True), cell))
+    given = {"Node": Node, "Trigger": Trigger, "__name__": "__main__"}
+    exec(compile(BLOCKED, cell, "exec"), given)
+    blocked = threading.Event()
+    rest = Node("rest", context=session.context)
+    rest.create_service(Trigger, "/rest", lambda request, response: blocked.wait(20.0) and response)
+    spinner = Spinner(rest)
+    spinner.start()
+    try:
+        session.start(given["Waits"])
+        with contextlib.suppress(CallTimeout):
+            wait(session)
+        (told,) = session.watch.notices()
+        assert told.startswith("'waits' is in a callback that has not returned for ")
+        assert told.endswith("the cell, line 9, in tick\n    self.client.call(Trigger.Request())")
+        session.stop("waits")
+        with contextlib.suppress(CallTimeout):
+            wait(session)
+        assert session.watch.notices() == []
+    finally:
+        blocked.set()
+        spinner.stop()
 
 
 def test_what_is_asked_leaves_no_trace_in_the_program(session, tmp_path):
