@@ -7,6 +7,7 @@ IPython loads it by the environment's configuration (written by environment/inst
 import os
 import re
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,12 @@ from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.slips import slips
 
+# A command that waits for an answer, with the name of the server.
+ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
+LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
 FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
+
+_began = [0.0]  # when the last cell began, s
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -128,6 +134,7 @@ def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
 
 def _news_before(*_: Any) -> None:
     """Report, before a cell runs, nodes that have died since the last one."""
+    _began[0] = time.monotonic()
     for text in _pending():
         print(text, file=sys.stderr)
 
@@ -142,6 +149,9 @@ def _news_after(result: Any, *_: Any) -> None:
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:
+        asked = ASKS.findall(str(result.info.raw_cell or "")) if time.monotonic() - _began[0] > LATE else []
+        for at in filter(None, (session.doing(f"/{name}") for name in dict.fromkeys(asked))):
+            print(at, file=sys.stderr)
         for text in session.watch.notices():
             print(text, file=sys.stderr)
 

@@ -53,6 +53,13 @@ class ServerStatus:
         return [node for node in reversed(nodes) if not node.services or self.name in node.services]
 
 
+def wait_for_answer(graph: Graph, ended: Callable[[], object]) -> None:
+    """Spin until `ended()`; after `TELL` s, print once on stderr that the answer is still missing."""
+    if not graph.spin(ended, TELL):
+        print("still waiting for the answer. Ctrl-C ends this.", file=sys.stderr, flush=True)
+        graph.spin(ended)
+
+
 def _served(graph: Graph, name: str) -> bool:
     """Return True if the service or action has a server: the graph also lists names with only clients."""
     return any(graph.service_counts(each)[1] for each in (name, f"{name}/_action/send_goal"))

@@ -11,7 +11,7 @@ from course.ros import messages
 from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import COMMAND_PREFIX, Graph, uninterrupted
 from course.ros.messages import Message, Stamp
-from course.ros.server_status import LATE, ServerStatus, wait_for_server
+from course.ros.server_status import LATE, ServerStatus, wait_for_answer, wait_for_server
 from course.ros2 import completion, grammar, printing, service
 from course.ros2.grammar import Verb
 
@@ -177,7 +177,7 @@ def _follow(
         stamp(graph.node.get_clock().now().to_msg())
     print(f"Sending goal:\n     {messages.to_yaml(goal)}")
     sent = client.send_goal_async(goal, show if args.feedback else None)
-    graph.spin(lambda: sent.done() or status.report())
+    wait_for_answer(graph, lambda: sent.done() or status.report())
     if not graph.spin(sent.done, LATE):  # the goal's end may be known before its answer has arrived
         return f"The goal got no answer. {status.report()}"
     handle = sent.result()

@@ -10,7 +10,7 @@ from course.ros import messages
 from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import COMMAND_PREFIX, Graph
 from course.ros.messages import Stamp
-from course.ros.server_status import ServerStatus, wait_for_server
+from course.ros.server_status import ServerStatus, wait_for_answer, wait_for_server
 from course.ros2 import completion, grammar, printing
 from course.ros2.grammar import Verb
 
@@ -174,7 +174,7 @@ def call(args: Namespace) -> str | None:
             print(f"requester: making request: {request!r}\n")
             began = time.monotonic()
             future = client.call_async(request)
-            graph.spin(lambda future=future: future.done() or status.report())  # type: ignore[misc]
+            wait_for_answer(graph, lambda future=future: future.done() or status.report())  # type: ignore[misc]
             if not future.done():
                 return f"The service does not answer.\n{status.report()}"
             if future.result() is None:

@@ -209,6 +209,13 @@ class Calls:
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
         return ""
 
+    def doing(self, name: str) -> str:
+        """Return where what serves the service or action `name` is now, at two looks; '' if it only waits."""
+        for service in (name, f"{name}{SEND}"):
+            if self._doing(service) and (at := self._doing(service)):
+                return at.strip()
+        return ""
+
     def _blocked(self, service: str) -> str:
         """Return why a node's callback may not answer at `service`, from its text."""
         for handle in list(self._handles.values()):

@@ -3,6 +3,7 @@
 import os
 import re
 import select
+import signal
 
 import pytest
 
@@ -130,6 +131,16 @@ def test_call_of_a_service_that_never_answers_ends_with_ctrl_c(ros2):
     )
     assert (status, errors) == (2, "")
     assert output.rstrip() == "requester: making request: std_srvs.srv.Trigger_Request()"
+
+
+def test_call_of_a_service_that_does_not_answer_says_after_a_while_that_it_waits(ros2):
+    """On stderr, after 5 s; then it goes on waiting."""
+    program = ros2.start("service", "call", "/never", "std_srvs/srv/Trigger")
+    assert select.select([program.stderr], [], [], 30.0)[0]
+    assert program.stderr.readline() == "still waiting for the answer. Ctrl-C ends this.\n"
+    assert program.poll() is None
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=30.0)
 
 
 def test_call_waits_for_a_service_that_is_not_there(alone):
