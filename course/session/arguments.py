@@ -28,11 +28,17 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
     return ""
 
 
+def type_of(name: str) -> str:
+    """Return the type of a service of which `name`, as `Calculate_Request`, is one half; '' for any other class."""
+    whole, _, part = name.rpartition("_")
+    return whole if part in ("Request", "Response") else ""
+
+
 def half(name: str) -> str:
     """Return what to write for `Calculate_Request`, the class of one half of a service; '' for any other class."""
-    whole, _, part = name.rpartition("_")
-    if not whole or part not in ("Request", "Response"):
+    if not (whole := type_of(name)):
         return ""
+    part = name.rpartition("_")[2]
     return f"`{whole}.{part}` is only the class of a {part.lower()}. This takes the type of the service: `{whole}`."
 
 
@@ -45,6 +51,26 @@ def wrong_kind(found: re.Match[str], source: str) -> str:
     wants = {"service": "a service's type, from a `.srv`", "message": "a message's type, from a `.msg`"}[wanted]
     maker = {"srv": "create_service", "action": "ActionServer", "msg": "create_publisher"}.get(kind, "")
     return f"This takes {wants}, but {package}/{kind}/{name} is {is_one}: use `{maker}` for it."
+
+
+# The functions whose further arguments rclpy takes by name only, and how many it takes without.
+BY_NAME = {"create_service": 3, "create_client": 2, "create_publisher": 3, "create_subscription": 4}
+
+
+def _by_name(maker: str, source: str) -> str:
+    """Return the hint on an argument of `maker` that must have a name."""
+    tree = parse(source)
+    made = [node for node in ast.walk(tree) if isinstance(node, ast.Assign)]
+    names = {ast.unparse(each) for node in made if _is_group(node.value) for each in node.targets}
+    for call in calls(tree, maker):
+        for given in call.args[BY_NAME[maker] :]:
+            if ast.unparse(given) in names or _is_group(given):
+                return f"`{maker}` takes a callback group by name: write `callback_group={ast.unparse(given)}`."
+    return f"`{maker}` takes its further arguments by name, as in `callback_group=group`."
+
+
+def _is_group(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and name_of(node.func).endswith("Group")
 
 
 def argument_count(found: re.Match[str], source: str) -> str:
@@ -64,6 +90,8 @@ def argument_count(found: re.Match[str], source: str) -> str:
                 return f"This line calls `{name}()` at once. Pass the method itself, without brackets: `self.{name}`."
             if any(name_of(each) == name for each in given):
                 return f"`{maker}` calls `{name}`, which must take {signature}."
+    if name in BY_NAME and "positional arguments but" in found.string:
+        return _by_name(name, source)
     if name in without_self(source):
         return f"The first parameter of a method is `self`: `def {name}(self, ...)`."
     return ""

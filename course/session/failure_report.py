@@ -3,6 +3,7 @@
 Most of a node's traceback is rclpy's: of thirty lines, three are the student's.  Only these are shown.
 """
 
+import ast
 import linecache
 import os
 import re
@@ -21,7 +22,17 @@ from course.ros.rclpy_internals import GoalFault
 from course.session.clashes import other_type
 from course.session.hints import hint, makes_no_node, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
-from course.session.source import defined, ends_its_node, exits, is_cell, no_list, no_result, wrong_guard, wrong_return
+from course.session.source import (
+    defined,
+    ends_its_node,
+    exits,
+    is_cell,
+    no_list,
+    no_result,
+    spins_once,
+    wrong_guard,
+    wrong_return,
+)
 
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
@@ -174,6 +185,9 @@ def of_program(
         why = "It created no node: is `super().__init__('name')` reached?"
     elif status == 0 and (ended := ends_its_node(source)):
         exited, why = (frame_at(path.name, ended[1], source),), NODE_ENDED.format(*ended)
+    elif status == 0 and (once := spins_once(source)):
+        exited = (frame_at(path.name, once.lineno, source),)
+        why = f"`{ast.unparse(once.func)}` handles one callback at most and returns: `rclpy.spin(node)` goes on."
     elif status == 0:
         why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
     elif name := exits(source):

@@ -46,6 +46,7 @@ from course.session.source import (
     misspelt_init,
     name_of,
     no_result,
+    outside_of_its_class,
     parameter_callbacks,
     parse,
     spins_a_class,
@@ -587,6 +588,15 @@ def _divisor(found: re.Match[str], source: str) -> str:
     return f"Check the divisor before you divide{refusal}."
 
 
+def _outside_of_its_class(found: re.Match[str], source: str) -> str:
+    """Return the hint on a method that is written outside of its class, or inside another method."""
+    if f"class {found[1]}" not in source or not (place := outside_of_its_class(found[2], source)):
+        return ""
+    line, around = place
+    where = f"inside of `{around}`" if around else "outside of the class"
+    return f"`def {found[2]}(self, ...)` in line {line} stands {where}: indent it as the methods of {found[1]}."
+
+
 def _is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
     if package == COURSE and "." in found[1]:
@@ -619,6 +629,11 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 
 # Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
+    (r"'(\w+)' object has no attribute '(\w+)'", _outside_of_its_class),
+    (
+        r"'ServerGoalHandle' object has no attribute '(?:cancel|cancel_goal|set_canceled|set_cancelled)'",
+        _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
+    ),
     (r"^TypeError:?\s*$", _nothing_returned),
     (r"'(?:(\w+)_Response|\w+)' object has no attribute 'add_done_callback'", not_a_future),
     (

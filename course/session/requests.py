@@ -8,8 +8,10 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
-from course.session.arguments import half
+from course.session.arguments import half, type_of
 from course.session.hints import type_name
+
+REQUEST = "_Request"
 
 
 def service_type(given: Any) -> Any:
@@ -21,6 +23,14 @@ def service_type(given: Any) -> Any:
     if kind is str:
         name = given.rpartition("/")[2]
         raise LiveError(f"the type of a call is a class, not text: write {name} without quotes, and import it first")
+    if not isinstance(given, type) and type_of(kind.__name__):
+        fields = given.get_fields_and_field_types()
+        values = "".join(f", {name}={getattr(given, name)!r}" for name in fields)
+        whole = type_of(kind.__name__)
+        raise LiveError(
+            f"give the type of the service, `{whole}`, and not a message of it. A call takes the type, and then the "
+            f"fields of the request by name: ros.call(name, {whole}{values if kind.__name__.endswith(REQUEST) else ''})"
+        )
     if not hasattr(given, "Request"):
         raise LiveError(half(kind.__name__) or f"{kind.__name__} is not the type of a service, such as AddTwoInts")
     with contextlib.suppress(ImportError, ValueError):

@@ -289,6 +289,35 @@ def misspelt_init(source: str, cls: str = "") -> str:
     return ""
 
 
+def outside_of_its_class(name: str, source: str) -> tuple[int, str] | None:
+    """Return the line of a function `name` with a `self` that is in no class, and the function around it ('' for none).
+
+    None if there is no such function, or a method of this name as well.
+    """
+    tree = parse(source)
+    if name in {each.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for each in functions_of(node)}:
+        return None
+    around = {each: function.name for function in functions(tree) for each in functions(function) if each != function}
+    for each in functions(tree):
+        if each.name == name and [argument.arg for argument in each.args.args[:1]] == ["self"]:
+            return each.lineno, around.get(each, "")
+    return None
+
+
+def functions_of(node: ast.ClassDef) -> list[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """Return the methods of a class, without the functions inside them."""
+    return [each for each in node.body if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))]
+
+
+def spins_once(source: str) -> ast.Call | None:
+    """Return the call of `spin_once` with which a program spins, if that is outside of a loop and the only one."""
+    tree = parse(source)
+    spins = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
+    loops = (node for node in ast.walk(tree) if isinstance(node, (ast.For, ast.While)))
+    repeated = any(spins[0] in ast.walk(loop) for loop in loops) if spins else False
+    return spins[0] if len(spins) == 1 and name_of(spins[0].func) == "spin_once" and not repeated else None
+
+
 def hidden_method(source: str) -> tuple[str, int] | None:
     """Return the method that is hidden by an attribute, and the line: `self.enable = False` hides `def enable`."""
     tree = parse(source)

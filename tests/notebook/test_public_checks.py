@@ -315,6 +315,10 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
          "15 3 add ends with an exception. A number may have a fraction: what takes it is float, not int."),
         ("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
          "It takes them after one more word"),
+        ("calculator-client", CLIENT, "_, a, b, operation", "a, b, operation",
+         "    a, b, operation = remove_ros_args(args)\nThe first of these words is the program's name, and nothing in"),
+        ("calculator-client", CLIENT, "sys.exit(main())", "main()",
+         "must end with an exit status other than 0\n  calculator_client.py, line 55\n    main()\nThis drops what "),
     ],
 )  # fmt: skip
 def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, new, says):
@@ -511,6 +515,14 @@ def each_night(*case: str):
             "        outcome = node.run(options.floors)\n",
             "        for floor in options.floors:\n            outcome = node.run([floor])\n",
             "one goal with the floors [5, 6] must be sent, and [[5], [6]] were",
+        ),
+        each_night(
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            "sys.exit(main())",
+            "main()",
+            "CANCELED must be in the last line, and the exit status must not be 0; it is 0\n  lift_client.py, line ",
         ),
         each_night(
             "actions",

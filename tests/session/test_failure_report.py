@@ -398,6 +398,48 @@ def after(self, params):
         ),
         ("TypeError: spin() missing 1 required positional argument: 'node'", "", "", "`rclpy.spin(node)`"),
         (
+            "TypeError: Node.create_service() takes 4 positional arguments but 5 were given",
+            "self.busy = ReentrantCallbackGroup()\nself.create_service(Add, '/add', self.add, self.busy)",
+            "",
+            "`create_service` takes a callback group by name: write `callback_group=self.busy`.",
+        ),
+        (
+            "TypeError: Node.create_client() takes 3 positional arguments but 4 were given",
+            "self.create_client(Add, '/add', ReentrantCallbackGroup())",
+            "",
+            "`create_client` takes a callback group by name: write `callback_group=ReentrantCallbackGroup()`.",
+        ),
+        (
+            "TypeError: Node.create_subscription() takes 5 positional arguments but 6 were given",
+            "self.create_subscription(Scan, 'scan', self.see, 10, True)",
+            "",
+            "`create_subscription` takes its further arguments by name",
+        ),
+        (
+            "AttributeError: 'ServerGoalHandle' object has no attribute 'cancel'",
+            "",
+            "goal_handle.cancel()",
+            "A server ends a goal that was cancelled with `goal_handle.canceled()`.",
+        ),
+        (
+            "AttributeError: 'Motor' object has no attribute 'status'. Did you mean: 'state'?",
+            "class Motor(Node):\n    def state(self):\n        self.status()\n\ndef status(self):\n    pass",
+            "",
+            "`def status(self, ...)` in line 5 stands outside of the class: indent it as the methods of Motor.",
+        ),
+        (
+            "AttributeError: 'Motor' object has no attribute 'status'",
+            "class Motor(Node):\n    def state(self):\n        def status(self):\n            return 1",
+            "",
+            "`def status(self, ...)` in line 3 stands inside of `state`",
+        ),
+        (
+            "AttributeError: 'Other' object has no attribute 'status'",
+            "class Motor(Node):\n    def status(self):\n        pass\n\ndef status(self):\n    pass",
+            "",
+            "",
+        ),
+        (
             "TypeError: Server.state() takes 0 positional arguments but 1 was given",
             "class Server(Node):\n    def state():\n        return self.on",
             "",
@@ -594,6 +636,22 @@ def test_a_goal_callback_that_returns_no_response(tmp_path):
         "server.py rejected a goal, because its goal callback did not return a GoalResponse.\n"
         "Hint: Return `GoalResponse.ACCEPT` or `GoalResponse.REJECT`, on every path through it."
     )
+
+
+@pytest.mark.parametrize(
+    ("spins", "says"),
+    [
+        ("rclpy.spin_once(node)", "`rclpy.spin_once` handles one callback at most and returns: `rclpy.spin(node)`"),
+        ("while rclpy.ok():\n        rclpy.spin_once(node)", "A server must run until it is stopped"),
+        ("rclpy.spin_once(node)\n    rclpy.spin(node)", "A server must run until it is stopped"),
+    ],
+)
+def test_a_server_that_spins_once(tmp_path, spins, says):
+    path = tmp_path / "server.py"
+    path.write_text(f"class A(Node):\n    pass\n\ndef main():\n    node = A()\n    {spins}\n\nmain()\n")
+    report = failure_report.of_program(path, "", 0)
+    assert report.hint.startswith(says)
+    assert [frame.line for frame in report.frames] == ([6] if "once` handles" in says else [])
 
 
 def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):

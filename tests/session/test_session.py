@@ -480,6 +480,8 @@ def test_a_class_that_is_no_service_is_not_taken_for_the_half_of_one(session):
 
     with pytest.raises(LiveError, match="My_Node is not the type of a service, such as AddTwoInts"):
         session.call("add", My_Node)
+    with pytest.raises(LiveError, match=r"not a message of it. .* ros.call\(name, AddTwoInts, a=1, b=2\)"):
+        session.call("/add_two_ints", AddTwoInts.Request(a=1, b=2))
     with pytest.raises(LiveError, match=r"`AddTwoInts.Request` is only the class of a request"):
         session.call("add", AddTwoInts.Request)
 

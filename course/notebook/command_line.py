@@ -1,0 +1,54 @@
+"""Helpers of public checks: what a program does with its command line and its exit status, by its text."""
+
+import ast
+from pathlib import Path
+
+from course.session.failure_report import frame_at, text_at
+from course.session.source import calls, functions, name_of, parse
+
+EXITS = ("exit", "_exit", "SystemExit")
+
+
+def lost_status(file: str, status: int) -> str:
+    """Return lines about a last line that drops what main() returns, so that the exit status is 0; '' otherwise.
+
+    `status` is the one with which the program ended.
+    """
+    source = text_at(Path(file))
+    tree = parse(source)
+    main = next((each for each in functions(tree) if each.name == "main"), None)
+    returns = [each.value for each in ast.walk(main) if isinstance(each, ast.Return)] if main else []
+    exits = any(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
+    for call in calls(tree, "main") if any(returns) and not exits and status == 0 else ():
+        if any(isinstance(node, ast.Expr) and node.value is call for node in ast.walk(tree)):
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\nThis drops what main() returns, and the exit status is 0: "
+                "write `sys.exit(main())`."
+            )
+    return ""
+
+
+def kept_name(file: str) -> str:
+    """Return lines about words of `remove_ros_args(...)` from which nothing takes off the program's name; else ''."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    made = list(calls(tree, "remove_ros_args"))
+    several = (
+        each
+        for node in ast.walk(tree)
+        for each in ([*node.targets] if isinstance(node, ast.Assign) else [])
+        if isinstance(each, (ast.List, ast.Tuple))
+    )
+    longer = any(len(each.elts) > 3 or any(isinstance(one, ast.Starred) for one in each.elts) for each in several)
+    indices = [node.slice for node in ast.walk(tree) if isinstance(node, ast.Subscript)]
+    sliced = any(isinstance(each, ast.Slice) and each.lower is not None for each in indices)
+    fourth = any(isinstance(each, ast.Constant) and each.value == 3 for each in indices)
+    if len(made) != 1 or longer or sliced or fourth or any(next(calls(tree, name), None) for name in TAKES_OFF):
+        return ""
+    return (
+        f"\n{frame_at(file, made[0].lineno, source)}\nThe first of these words is the program's name, and nothing in "
+        "the file takes it off."
+    )
+
+
+TAKES_OFF = ("islice", "next", "pop", "popleft", "remove")

@@ -1,0 +1,51 @@
+"""What the text of a client shows of its command line and its exit status."""
+
+import pytest
+
+from course.notebook.command_line import kept_name, lost_status
+from tests.mistakes import SOLUTIONS
+
+CLIENTS = [SOLUTIONS / "calculator" / "calculator_client.py", SOLUTIONS / "actions" / "lift_client.py"]
+
+
+@pytest.mark.parametrize("client", CLIENTS, ids=lambda path: path.stem)
+def test_of_a_right_client_nothing_is_said(monkeypatch, client):
+    monkeypatch.chdir(client.parent)
+    assert lost_status(client.name, 0) == kept_name(client.name) == ""
+
+
+@pytest.mark.parametrize(
+    ("main", "end", "says"),
+    [
+        ("return 1", "main()", "\n  client.py, line 4\n    main()\nThis drops what main() returns"),
+        ("return 1", "sys.exit(main())", ""),
+        ("return 1", "status = main()", ""),
+        ("return", "main()", ""),
+        ("raise SystemExit(1)", "main()", ""),
+    ],
+)
+def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"def main():\n    {main}\n\n{end}\n")
+    assert lost_status("client.py", 0).startswith(says) and bool(lost_status("client.py", 0)) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("a, b, word = remove_ros_args(args)", True),
+        ("words = remove_ros_args(args)\nif len(words) != 3: usage()\na = words[0]", True),
+        ("parser.parse_args(remove_ros_args(args))", True),
+        ("_, a, b, word = remove_ros_args(args)", False),
+        ("a, b, word = remove_ros_args(args)[1:]", False),
+        ("_, *words = remove_ros_args(args)", False),
+        ("words = remove_ros_args(args)\nword = words[3]", False),
+        ("words = remove_ros_args(args)\nwords.pop(0)", False),
+        ("a, b, word = remove_ros_args(sys.argv[1:])", False),
+        ("a, b, word = sys.argv", False),
+    ],
+)
+def test_a_program_name_that_nothing_takes_off(tmp_path, monkeypatch, text, kept):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(text)
+    assert bool(kept_name("client.py")) == kept
