@@ -1,8 +1,10 @@
 """Finding feedback in nbgrader's exchange, on a class's server.
 
-nbgrader takes a second to load, so it is loaded only if this student has handed in something by an exchange.
+nbgrader takes seconds to load, so it is loaded only if this student has handed in something by an exchange, or if the
+place of the exchange is configured.
 """
 
+import contextlib
 import logging
 import os
 from dataclasses import dataclass
@@ -10,6 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from course.errors import FeedbackError
+
+ROOT = Path("/usr/local/share/nbgrader/exchange")  # nbgrader's default
+CONFIGURED_IN = [f"{name}.{kind}" for name in ("jupyter_config", "nbgrader_config") for kind in ("json", "py")]
+CONFIGURED_BY = ("Exchange", "load_subconfig")  # either may lead to a root
 
 
 @dataclass(frozen=True)
@@ -22,8 +28,19 @@ class Released:
 
 def folder() -> Path | None:
     """Return the exchange's folder, as configured or nbgrader's default; None if it cannot be used."""
-    root = Path(_fetcher("", "").root)
+    root = Path(_fetcher("", "").root) if _may_be_configured() else ROOT
     return root if os.access(root, os.W_OK | os.X_OK) else None  # nbgrader requires both
+
+
+def _may_be_configured() -> bool:
+    """Return True if one of the files that nbgrader reads may say where the exchange is."""
+    from jupyter_core.paths import jupyter_config_path
+
+    for path in (Path(place, name) for place in (*jupyter_config_path(), ".") for name in CONFIGURED_IN):
+        with contextlib.suppress(OSError):
+            if any(word in path.read_text(encoding="utf-8", errors="replace") for word in CONFIGURED_BY):
+                return True
+    return False
 
 
 def released(assignment: str) -> list[Released]:

@@ -11,6 +11,7 @@ from html import escape
 from pathlib import Path
 
 import pytest
+from nbgrader.exchange.default.exchange import Exchange
 from nbgrader.utils import notebook_hash
 
 import course
@@ -243,6 +244,20 @@ def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):
     )
     ran = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
     assert ran.stdout.split() == ["''", "[]"]
+
+
+def test_that_there_is_no_feedback_is_said_without_loading_nbgrader(folder):
+    code = (
+        "import sys, course\ntry:\n    course.feedback()\nexcept course.CourseError as error:\n    print(error)\n"
+        "print([name for name in sys.modules if name.startswith('nbgrader')])"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
+    said, loaded = ran.stdout.splitlines()
+    assert said.startswith("there is no feedback") and loaded == "[]", ran.stderr
+
+
+def test_the_default_place_of_the_exchange_is_nbgraders():
+    assert Exchange.class_traits()["root"].default() == str(nbgrader_exchange.ROOT)
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can work as another user")
