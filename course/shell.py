@@ -125,7 +125,8 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
 def exports(folder: Path, shell: int, session: str) -> str:
     """Return the same variables as shell commands; if joining fails, print a line on stderr instead.
 
-    If this moves the shell to another domain, a line on stderr says so.
+    If this moves the shell to another domain, or a notebook has come into the one where it waited, a line on stderr says
+    so.
     """
     before, waited = os.environ.get(environment.DOMAIN, ""), os.environ.get(WAITS, "")
     try:
@@ -138,10 +139,14 @@ def exports(folder: Path, shell: int, session: str) -> str:
         if variables[WAITS]:
             if (variables[WAITS], now) != (waited, before):
                 print(_no_session(now), file=sys.stderr)
-        elif now != before:
-            record = registry.of_domain(int(now))
-            where = f"with the notebook in {Path(record.folder).name}" if record else "with your other terminals"
-            print(f"This terminal is now in ROS domain {now}, {where}.", file=sys.stderr)
+        elif now != before or waited:
+            record = registry.of_domain(int(now)) if now.isdigit() else None
+            notebook = f"notebook in {Path(record.folder).name}" if record else ""
+            if now != before:
+                where = f"the {notebook}" if notebook else "your other terminals"
+                print(f"This terminal is now in ROS domain {now}, with {where}.", file=sys.stderr)
+            elif notebook:
+                print(f"The {notebook} is now in ROS domain {now}, where this terminal is.", file=sys.stderr)
     return "\n".join(f"export {name}={shlex.quote(value)}" for name, value in variables.items())
 
 

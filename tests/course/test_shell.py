@@ -401,6 +401,10 @@ def test_a_terminal_of_jupyterlab_says_that_the_notebook_in_front_has_no_session
         terminal.read_until(nobody)
         first = re.search(r"domain (\d+)\)", terminal.read_until(r"domain \d+\)\S* \$ $"))[1]
         assert kernels[0].run(live) == first
+        here = r"The notebook in {} is now in ROS domain {}, where this terminal is\."
+        terminal.type(AGAIN)
+        terminal.read_until(here.format(re.escape(tmp_path.name), first))
+        terminal.read_until(rf"\(domain {first}\)")
         registry.put_in_front(os.getpid(), section, str(tmp_path / "services"))
         terminal.type(AGAIN)
         waiting = re.search(nobody, terminal.read_until(nobody))[1]
@@ -408,7 +412,8 @@ def test_a_terminal_of_jupyterlab_says_that_the_notebook_in_front_has_no_session
         terminal.read_until(rf"services \(domain {waiting}\)")
         assert kernels[1].run(live) == waiting
         terminal.type("ros2 node list && echo done\n")
-        assert "no session" not in terminal.read_until(r"[\r\n]done\r\n")
+        said = terminal.read_until(r"[\r\n]done\r\n")
+        assert "no session" not in said and re.search(here.format("services", waiting), said)
         kernels[1].manager.restart_kernel()
         kernels[1].client.wait_for_ready(timeout=30)
         terminal.type("cd .\n")
