@@ -18,6 +18,7 @@ ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
 CHANGED = "changed since the check"
 AGAIN = "run it again: the file was written again since"
+FAILED = "not yet: "
 STUBS = ("YOUR ANSWER HERE", STUB)
 HEAD = ("section", "part", "so far", "points")
 
@@ -35,6 +36,11 @@ class Part:
     def done(self) -> bool:
         """Return True if its public check has passed, or its question has an answer."""
         return self.state in (PASSED, ANSWERED)
+
+    @property
+    def failed(self) -> bool:
+        """Return True if its public check has failed for the files as they are."""
+        return self.state.startswith(FAILED)
 
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of the part's row in the table."""
@@ -166,7 +172,7 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
         return AGAIN
     if error := next((output for output in cell.outputs if output.get("output_type") == "error"), None):
         lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
-        return f"not yet: {lines[0] if lines else error.get('ename', 'an error')}"
+        return f"{FAILED}{lines[0] if lines else error.get('ename', 'an error')}"
     changed = [
         name
         for name in files

@@ -56,7 +56,16 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
         raise web.HTTPError(400, str(error)) from None
     found = parts(notebook.stem, known, notebook.parent)
     return {
-        "parts": [{"name": part.name, "state": part.state, "done": part.done, "points": part.points} for part in found],
+        "parts": [
+            {
+                "name": part.name,
+                "state": part.state,
+                "done": part.done,
+                "failed": part.failed,
+                "points": part.points,
+            }
+            for part in found
+        ],
         "summary": found.summary if found else "",
         "files": file_differences.unlike(notebook.parent, [cell for cell in known if cell.solution]),
     }
