@@ -125,8 +125,7 @@ def join(folder: Path, shell: int, session: str = "") -> dict[str, str]:
 def exports(folder: Path, shell: int, session: str) -> str:
     """Return the same variables as shell commands; if joining fails, print a line on stderr instead.
 
-    If this moves the shell to another domain, or a notebook has come into the one where it waited, a line on stderr says
-    so.
+    If this moves the shell to another domain, or the notebook for which it waited has come, a line on stderr says so.
     """
     before, waited = os.environ.get(environment.DOMAIN, ""), os.environ.get(WAITS, "")
     try:
