@@ -12,6 +12,7 @@ from tests.browser.pages import (
     choose,
     expect_no_barriers,
     open_page,
+    run_cell,
     show_panel,
     write_cell,
     write_greeter,
@@ -60,7 +61,11 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(panel).to_contain_text("edited since it was run")
     panel.get_by_role("button", name="Run the cell of greeter.py").click()
     expect(panel).to_contain_text("the same as in its cell")
+    expect(checks).to_contain_text("✗greets: not yet: it must say hello")
+    run_cell(page, 0, "import pathlib\nwhile not pathlib.Path('end').exists(): pass")
     panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("…greets: running")
+    (lab[2] / "steps/greeter/end").touch()
     expect(checks).to_contain_text("✓greets: passed")
     expect(panel).to_contain_text("1 of 2 parts done, worth up to 2 of 5 points")
     # What changes on the disk is seen, and told from a change of the cell.

@@ -2,6 +2,7 @@
 
 import re
 
+import nbformat
 import pytest
 from playwright.sync_api import expect
 
@@ -88,6 +89,8 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(log).to_contain_text("line 199")
     expect(panel.get_by_text("word = 'hello'")).to_be_in_viewport(ratio=1)  # beside a log that is full
     keep_picture(page, "nodes-1280")
+    heights = [each.bounding_box()["height"] for each in panel.locator(".ros-Node-row").all()]
+    assert min(heights) < 32 and max(heights) < 60  # px: one line, or two
     stranger = panel.get_by_role("listitem").filter(has_text="/stranger")
     stranger.get_by_role("button", name="Stop").click()
     expect(stranger).to_have_count(0)
@@ -112,6 +115,85 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     panel.get_by_role("button", name="Back to the notebook").click()
     expect(panel).to_be_hidden()
     assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
+
+
+MORE = """class Other(Node): pass
+for number in range(6):
+    ros.start(Other, f'other_{number}_of_those_that_were_added_later')
+print('six more')"""
+AT_END = "log => log.scrollTop + log.clientHeight >= log.scrollHeight - 2"
+WITHIN = """details => {
+    const [inner, outer] = [details, details.closest('.ros-Nodes')].map(each => each.getBoundingClientRect());
+    return inner.top < outer.bottom - 40;
+}"""
+
+
+def test_the_log_follows_its_end_and_an_opened_node_comes_into_sight_beside_many_nodes(lab, page):
+    panel = begin(page, lab, "many")
+    page.set_viewport_size({"width": 1280, "height": 800})
+    log = panel.get_by_role("log")
+    run_cell(page, CHECKS, FULL)
+    expect(log).to_contain_text("line 199")
+    run_cell(page, CHECKS, MORE)
+    expect(panel.get_by_role("listitem")).to_have_count(9)
+    assert wait_until(lambda: log.evaluate(AT_END), WAIT / 1e3)
+    show_panel(page, "Inspector")
+    expect(log).to_have_count(0)  # not drawn any more
+    panel = show_panel(page, "Nodes")
+    expect(log).to_contain_text("line 199")
+    expect(panel.get_by_role("listitem")).to_have_count(9)
+    assert wait_until(lambda: log.evaluate(AT_END), WAIT / 1e3)
+    log.evaluate("log => { log.scrollTop = 0; }")  # as a reader does
+    page.set_viewport_size({"width": 1280, "height": 780})
+    run_cell(page, CHECKS, "full.get_logger().info('after that')")
+    expect(log).to_contain_text("after that")
+    assert not log.evaluate(AT_END)
+    panel.get_by_role("button", name="/stranger running").click()
+    expect(panel.locator(".ros-Node-details")).to_contain_text("parameters")
+    assert wait_until(lambda: panel.locator(".ros-Node-details").evaluate(WITHIN), WAIT / 1e3)
+    keep_picture(page, "nodes-many-1280")
+    panel.get_by_role("button", name=re.compile("^Stop /stranger")).click()
+    expect(panel.get_by_role("listitem")).to_have_count(8)
+    page.get_by_role("button", name="Restart the kernel", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
+    expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
+    expect(log.locator(".ros-Log-line")).to_have_count(0)  # they belong to a session that has ended
+
+
+SAID = """window.said = [];
+new MutationObserver(() => {
+    const shown = document.querySelectorAll('#ros2-course-nodes .ros-Panel-message');
+    window.said.push(...[...shown].map(each => each.textContent));
+}).observe(document, {subtree: true, childList: true, characterData: true});"""
+
+
+def test_a_page_that_is_loaded_again_says_that_it_connects_and_moves_no_terminal(lab, page):
+    panel = begin(page, lab, "again")
+    told = []
+    page.on("request", lambda request: told.append(request.post_data_json) if "course/front" in request.url else None)
+    page.add_init_script(SAID)
+    for _ in range(3):
+        told.clear()
+        page.goto(f"{lab[0]}/lab/tree/again/again.ipynb?token={lab[1]}")
+        expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+        said = set(page.evaluate("window.said"))
+        assert said <= {"", "Connecting …", "Open a notebook: this panel shows what goes on in it."}
+        assert wait_until(lambda: told, WAIT / 1e3)
+        assert all(each["path"] == "again/again.ipynb" and each["kernel"] for each in told)
+
+
+def test_the_button_names_the_cell_with_the_session_and_runs_it_wherever_it_is(lab, page):
+    write_greeter(lab[2] / "below")
+    path = lab[2] / "below/below.ipynb"
+    notebook = nbformat.read(path, 4)
+    notebook.cells.insert(0, nbformat.v4.new_code_cell("print('not this one')"))
+    nbformat.write(notebook, path)
+    open_page(page, lab, "below/below.ipynb")
+    panel = show_panel(page, "Nodes")
+    expect(panel).to_contain_text("Run the notebook’s cell with ros = course.live()")
+    panel.get_by_role("button", name="Run the cell with course.live()").click()
+    expect(panel).to_contain_text("No node runs.")
+    expect(page.get_by_text("not this one", exact=True)).to_have_count(0)
 
 
 def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):

@@ -60,7 +60,8 @@ def begin(page: Page, lab, name: str) -> Locator:
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), lab[2] / name / f"{name}.ipynb")
     open_page(page, lab, f"{name}/{name}.ipynb")
     view = open_view(page, name)
-    expect(view).to_contain_text("Run the notebook’s first cell: ros = course.live()")
+    expect(view).to_contain_text("Write and run a cell with ros = course.live()")  # there is none yet
+    expect(view.get_by_role("button", name="course.live()")).to_have_count(0)
     run_cell(page, 0, "import course\nros = course.live()")
     expect(view).to_contain_text("No robot yet")
     return view
@@ -190,6 +191,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     run_cell(page, 2, "ros.stop('world')\n_ = ros.start(World, parameters={'room': 'pillars'})")
     expect(view).to_contain_text("room: pillars")
     expect(view.locator(".ros-Robot-facts")).to_contain_text("none so far")  # this world has had no command
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("driven by nobody")
     page.get_by_role("button", name="Restart the kernel", exact=True).click()
     page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
     expect(view).to_contain_text("The kernel was restarted, and its nodes have ended")
@@ -206,6 +208,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     places = [each.bounding_box() for each in parts]
     page.keyboard.down("ArrowUp")
     expect(speeds).to_contain_text("command0.30 m/s, 0.00 rad/s: forward")
+    expect(speeds).to_contain_text("driven by you")
     assert [each.bounding_box() for each in parts] == places  # nothing jumps
     cell(page, 0).locator(".cm-content").click()  # the key is still down, and is the notebook's now
     expect(speeds).to_contain_text("none any more: the robot has stopped")
@@ -224,6 +227,12 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     run_from_palette(page, "ROS course", "Plot")
     plot = page.get_by_role("tabpanel", name="Plot", exact=True)
     plot.get_by_label("Topic").select_option("/odom")
+    expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
+    plot.get_by_label("Field").fill("twist.twist.linear.q")
+    plot.get_by_role("button", name="Add to the plot").click()
+    expect(plot.get_by_text("/odom has no number twist.twist.linear.q: choose a field")).to_be_in_viewport()
+    expect(plot.get_by_role("listitem")).to_have_count(0)
+    plot.get_by_label("Field").fill("twist.twist.linear.x")
     expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
     plot.get_by_role("button", name="Add to the plot").click()
     expect(plot.get_by_role("listitem").locator("output")).to_have_text("0 m/s")

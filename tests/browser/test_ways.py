@@ -43,6 +43,7 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
         assert typed["width"] >= 0.9 * read["width"]
 
     page.get_by_role("button", name="Bigger").click()
+    page.locator(".jp-Terminal:focus-within").wait_for()  # what one types goes into it
     expect_height(25, 45)
     terminal.click()  # it stays tall: one works in it
     page.get_by_role("button", name="Smaller").click()

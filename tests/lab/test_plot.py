@@ -77,3 +77,10 @@ def test_a_flood_is_thinned_and_a_wrong_field_is_told(kernel, page):
     assert max(len(page.event()["data"]["points"]) for _ in range(5)) <= plot.POINTS
     answer = page.ask("subscribe", topic="plot", options={"name": "/joint_states", "field": "effort.0"})
     assert "is not a field" in answer["error"]
+
+
+@pytest.mark.parametrize("field", ["torque[0]", "effort", "name[0]", "header", "header.stamp", "effort[0].x"])
+def test_a_field_that_the_type_does_not_have_is_told(kernel, page, field):
+    kernel.run(f"{NODE}\nros.start(Wheels)")
+    page.subscribe("plot", name="/joint_states", field=field)
+    assert page.event()["error"] == f"/joint_states has no number {field}: choose a field from the list."

@@ -392,12 +392,15 @@ def test_a_page_that_is_lost_while_it_drives_stops_the_robot(kernel, page):
     assert kernel.run("print(commands[-1].linear.x)\nremoved = ros.node.destroy_subscription(ears)") == "0.0"
 
 
+COMMANDS_OF_A_CELL = """from geometry_msgs.msg import Twist
+mine = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+often = ros.node.create_timer(0.05, lambda: mine.publish(Twist()))"""
 DRIVEN_BY = {
     "a node": ("ros.start('driver.py')", "/my_driver drives now", "ros.stop('driver.py')"),
     "a cell": (
-        "from geometry_msgs.msg import Twist\nmine = ros.node.create_publisher(Twist, 'cmd_vel', 10)",
+        COMMANDS_OF_A_CELL,
         "a cell of the notebook drives now",
-        "ros.node.destroy_publisher(mine)",
+        "ros.node.destroy_timer(often)\nros.node.destroy_publisher(mine)",
     ),
 }
 
@@ -411,6 +414,27 @@ def test_the_pad_says_who_drives_and_keeps_out_of_it(kernel, page, who):
     assert told in page.ask("robot.drive", linear=0.3, angular=0.0)["error"]
     kernel.run(end)
     shown_until(page, lambda known: known.get("idle") == "")
+
+
+def test_one_who_sends_no_commands_any_more_does_not_drive_and_is_told(kernel, page):
+    quiet = kernel.folder / "quiet"
+    look = f"if os.path.exists({str(quiet)!r}):\n            return\n        command = Twist()"
+    (kernel.folder / "moody.py").write_text("import os\n" + DRIVER.replace("command = Twist()", look))
+    page.subscribe("robot")
+    kernel.run("ros.start(World)\nros.start('moody.py')")
+    known = shown_until(page, lambda known: "/my_driver drives now" in known.get("idle", ""))
+    known |= shown_until(page, lambda new: "/my_driver" in (known | new).get("nodes", {}).get("drives", []))
+    assert "silent" not in known
+    quiet.touch()
+    known = shown_until(page, lambda known: known.get("silent") == ["/my_driver"] and known.get("idle") == "")
+    assert known["nodes"] == {"sees": ["/world"], "drives": []}
+    while (moves := (page.event()["data"].get("robot") or {}).get("moves")) != [0.3, 0.5]:  # and so one may drive
+        assert page.ask("robot.drive", linear=0.3, angular=0.5)["result"] is None, moves
+    known = shown_until(page, lambda known: known.get("hand") is False)
+    assert known.get("idle", "") == "" and "silent" not in known
+    quiet.unlink()
+    known = shown_until(page, lambda known: "/my_driver drives now" in known.get("idle", ""))
+    assert known["silent"] == [] and known["nodes"]["drives"] == ["/my_driver"]
 
 
 def test_the_pad_keeps_out_of_fast_mode_and_of_another_type(kernel, page):

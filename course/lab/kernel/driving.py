@@ -21,7 +21,7 @@ def add(panels: Panels) -> None:
 def drive(linear: float, angular: float) -> None:
     """Drive at these speeds (m/s, rad/s) until the next call, for `LIMIT` s at most; 0, 0 stops.
 
-    Raises LiveError when something else drives, or no robot takes commands.
+    Raises LiveError when something else sends commands, or no robot takes commands.
     """
     listener = listener_in_use()
     listener.look()
@@ -37,7 +37,7 @@ def reason(listener: RobotListener) -> str:
         return NO_ROBOT
     if wrong := sorted(listener.takes - {TYPE}):
         return f"The robot takes {wrong[0]} on /cmd_vel. These buttons publish {TYPE}."
-    if listener.commanders:
+    if listener.commanders and not listener.silent:
         *some, last = listener.commanders
         names = f"{', '.join(some)} and {last}" if some else last
         return f"{names} drive{'s' * (not some)} now. Stop {'it' if not some else 'them'} to drive yourself."

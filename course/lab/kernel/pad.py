@@ -24,6 +24,7 @@ class Pad:
         self._command = (0.0, 0.0)
         self._until = 0.0  # end of the last command (s of time.monotonic)
         self._publisher: Publisher | None = None
+        self._said: set[tuple[float, float]] = set()  # commands (m/s, rad/s) of the present publisher
 
     @property
     def publishes(self) -> bool:
@@ -33,6 +34,10 @@ class Pad:
     def command(self) -> tuple[float, float] | None:
         """Return the current command (m/s, rad/s), or None."""
         return self._command if time.monotonic() < self._until else None
+
+    def has_said(self, linear: float, angular: float) -> bool:
+        """Return True if the present publisher has sent this command (m/s, rad/s)."""
+        return (linear, angular) in self._said
 
     def steer(self, linear: float, angular: float) -> None:
         """Publish this command from now on, for `LIMIT` s at most."""
@@ -66,9 +71,11 @@ class Pad:
             if self._live.ok and self._publisher is not None:
                 self._live.node.destroy_publisher(self._publisher)
             self._publisher = None
+            self._said.clear()
 
     def _publish(self, linear: float, angular: float) -> None:
         message = Twist()
         message.linear.x, message.angular.z = linear, angular
         assert self._publisher is not None
+        self._said.add((linear, angular))
         self._publisher.publish(message)

@@ -89,12 +89,23 @@ def value_of(message: Any, parts: list[tuple[str, int | None]]) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def has_number(found: list[dict[str, Any]], parts: list[tuple[str, int | None]]) -> bool:
+    """Return True if there is a number at this path in a message with these fields (`forms.fields_of`)."""
+    (name, number), *rest = parts
+    each = next((each for each in found if each["name"] == name), None)
+    if each is None or (number is not None) != (each["kind"] in ("list", "messages")):
+        return False
+    if each["kind"] in ("message", "messages"):
+        return bool(rest) and has_number(each["fields"], rest)
+    return not rest and NUMBER.match(each["type"]) is not None
+
+
 class PlotFeed:
     """A feed of one field of one topic."""
 
     def __init__(self, name: str, field: str):
         """Read `field` of the topic `name`, such as `linear.x` or `ranges[0]`; raises LiveError for an invalid path."""
-        self._topic, self._parts = name, parts_of(field)
+        self._topic, self._field, self._parts = name, field, parts_of(field)
         self._live: Session | None = None
         self._kind = ""
         self._type: type[Any] | None = None
@@ -120,7 +131,10 @@ class PlotFeed:
         self._subscription = None
 
     def _listen(self) -> str:
-        """Subscribe while somebody publishes; return why there can be no data, or ""."""
+        """Subscribe while somebody publishes; return why there can be no data, or "".
+
+        Raises LiveError when the topic's type has no such number.
+        """
         live = session()
         if live is not self._live:
             self._subscription, self._live = None, live
@@ -131,6 +145,8 @@ class PlotFeed:
             self._kind = kind
             if kind:
                 self._type = forms.interface("topic", kind).message
+                if not has_number(forms.fields_of(self._type), self._parts):
+                    raise LiveError(f"{self._topic} has no number {self._field}: choose a field from the list.")
                 self._subscription = live.node.create_subscription(self._type, self._topic, self._hear, ANY, raw=True)
         return "" if kind else f"No node publishes on {self._topic} now."
 

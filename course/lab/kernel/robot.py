@@ -22,7 +22,13 @@ FOUND = 5.0  # s that the world may take to be discovered, and to react to a com
 NEAR = 0.3  # m from the place where the robot was put, because it may drive on
 STRIDE = 0.05  # m between two places of a path
 # The content of a new page.
-UNSAID = {"command": None, "collisions": {"count": 0, "last": "", "places": []}, "idle": ""}
+UNSAID: dict[str, Any] = {
+    "command": None,
+    "collisions": {"count": 0, "last": "", "places": []},
+    "idle": "",
+    "silent": [],
+    "hand": False,
+}
 PERIOD = 0.05  # s at least between two pictures
 
 
@@ -48,9 +54,10 @@ class RobotFeed:
         self._path = _Path()
 
     def read(self) -> dict[str, Any] | None:
-        """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes`, `idle`.
+        """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes` and the hand.
 
-        `idle` is why driving by hand is impossible, or "".
+        `idle` is why driving by hand is impossible, or ""; `hand` is True while it is done; `silent` is who could
+        drive, and sends no commands.
         """
         listener = open_listener(self)
         if listener is not self._listener:
@@ -61,7 +68,14 @@ class RobotFeed:
             if self._sent.get(name, 0) != listener.count[topic]:
                 self._sent[name] = listener.count[topic]
                 news[name] = tell()
-        states = {"command": listener.command(), "collisions": listener.collisions(), "idle": reason(listener)}
+        silent = list(listener.silent)
+        states = {
+            "command": listener.command(),
+            "collisions": listener.collisions(),
+            "idle": reason(listener),
+            "silent": silent,
+            "hand": any(listener.pad.command() or ()),
+        }
         for name, value in states.items():
             if value != self._sent.get(name, UNSAID[name]):
                 self._sent[name] = news[name] = value
@@ -73,7 +87,7 @@ class RobotFeed:
             self._sent["state"] = news["state"] = state
         if path := self._path.news(listener.fast_world()):
             news["path"] = path
-        nodes = {"sees": listener.nodes("/scan"), "drives": listener.nodes("/cmd_vel")}
+        nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.nodes("/cmd_vel")}
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None

@@ -76,6 +76,7 @@ class RobotListener:
         self._last: dict[str, bytes] = {}
         self._poses: deque[bytes] = deque(maxlen=SCANS)  # the last odometry
         self._commanded = -math.inf  # when the last command came, s of time.monotonic
+        self._driven = -math.inf  # when one came that was not the pad's, or somebody came who may send one
         self._subscriptions: dict[str, Subscription] = {}
         self._publishers: dict[str, Publisher] = {}
         self._clients: dict[tuple[str, str], Client] = {}
@@ -103,10 +104,12 @@ class RobotListener:
                     (full(each.node_name, each.node_namespace), tuple(each.endpoint_gid))
                     for each in node.get_publishers_info_by_topic(topic)
                 }
+                known, commanders = set(self.publishers[topic]), set(self.commanders)
+                self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
                 if topic == "/cmd_vel":
                     self._look_at_commands([name for name, _ in found])
-                known = set(self.publishers[topic])
-                self.publishers[topic] = tuple(sorted(each for each in found if not is_hidden(each[0])))
+                    if set(self.publishers[topic]) - known or set(self.commanders) - commanders:
+                        self._driven = time.monotonic()
                 if topic == "/collision" and not known & set(self.publishers[topic]):
                     self._forget_hits(before)
                 speaks = bool(self.commanders if topic == "/cmd_vel" else self.publishers[topic])
@@ -115,6 +118,8 @@ class RobotListener:
                     self._subscriptions[topic] = node.create_subscription(kind, topic, hear, qos, raw=True)
                 elif not speaks and topic in self._subscriptions:
                     node.destroy_subscription(self._subscriptions.pop(topic))
+                    if topic == "/cmd_vel":
+                        self._commanded = -math.inf
 
     def _look_at_commands(self, names: list[str]) -> None:
         """Update the receivers and senders of commands: nodes, the `ros2` command, cells by the session's own node."""
@@ -165,6 +170,11 @@ class RobotListener:
             for key in [key for key in self._clients if key[0] == node]:
                 self.live.node.destroy_client(self._clients.pop(key))
 
+    @property
+    def silent(self) -> list[str]:
+        """Return the publishers of commands if none has sent one for `SILENT` s: none of them drives."""
+        return self.commanders if time.monotonic() - self._driven > SILENT else []
+
     def nodes(self, topic: str) -> list[str]:
         """Return the nodes that publish on a topic."""
         return list(dict.fromkeys(name for name, _ in self.publishers[topic]))
@@ -205,11 +215,19 @@ class RobotListener:
                 self._poses.append(message)
             elif topic == "/cmd_vel":
                 self._commanded = time.monotonic()
+                if not self._is_pads(message):
+                    self._driven = self._commanded
             elif topic == "/collision":
                 text = (decoded(message, String) or String()).data[:TOLD]
                 self._hits.append(_Hit(info["source_timestamp"], time.monotonic(), text, _place(text)))
 
         return hear
+
+    def _is_pads(self, message: bytes) -> bool:
+        """Return True if a command is one that the pad sends: a message does not tell its publisher."""
+        if not self.pad.publishes or (command := decoded(message, Twist)) is None:
+            return False
+        return self.pad.has_said(command.linear.x, command.angular.z)
 
     # Data for the page
 

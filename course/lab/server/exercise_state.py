@@ -57,13 +57,7 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
     found = parts(notebook.stem, known, notebook.parent)
     return {
         "parts": [
-            {
-                "name": part.name,
-                "state": part.state,
-                "done": part.done,
-                "failed": part.failed,
-                "points": part.points,
-            }
+            {"name": part.name, "state": part.state, "done": part.done, "failed": part.failed, "points": part.points}
             for part in found
         ],
         "summary": found.summary if found else "",

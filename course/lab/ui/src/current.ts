@@ -5,6 +5,11 @@ import { ISignal, Signal } from '@lumino/signaling';
 
 import { Link, Links } from './link';
 
+/** Return true while JupyterLab still finds out which kernel a notebook has, as after a reload of the page. */
+export function isConnecting(panel: NotebookPanel): boolean {
+  return !panel.isDisposed && panel.sessionContext.kernelDisplayStatus === 'initializing';
+}
+
 /** Follows the current notebook; its kernel is linked only while a panel is open. */
 export class Current {
   constructor(
@@ -51,8 +56,10 @@ export class Current {
     const panel = this._tracker.currentWidget;
     if (panel !== this._panel) {
       this._panel?.sessionContext.kernelChanged.disconnect(this._look, this);
+      this._panel?.sessionContext.statusChanged.disconnect(this._tell, this);
       this._panel = panel;
       this._panel?.sessionContext.kernelChanged.connect(this._look, this);
+      this._panel?.sessionContext.statusChanged.connect(this._tell, this);
       this._look();
       this._changed.emit();
     }
@@ -68,6 +75,10 @@ export class Current {
       this._link = id ? this._links.acquire(id) : null;
       this._changed.emit();
     }
+  }
+
+  private _tell(): void {
+    this._changed.emit();
   }
 
   private _changed = new Signal<this, void>(this);

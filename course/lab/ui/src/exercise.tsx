@@ -15,6 +15,7 @@ interface Part {
   name: string;
   state: string;
   done: boolean;
+  failed: boolean; // a check that was run
   points: number;
 }
 
@@ -58,8 +59,10 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
   const panel = current.panel;
   const [state, setState] = React.useState<State | null>(null);
   const [failed, setFailed] = React.useState('');
+  const [running, setRunning] = React.useState<string[]>([]); // the checks that run, until their result is known
   React.useEffect(() => {
     setState(null);
+    setRunning([]);
     if (!panel) {
       return;
     }
@@ -76,6 +79,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         if (!gone) {
           setState(before => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
           setFailed('');
+          setRunning(runningIn(panel));
         }
       } catch (error) {
         if (!gone) {
@@ -83,6 +87,9 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         }
       }
     };
+    const begun = () => setRunning(before => [...new Set([...before, ...runningIn(panel)])]);
+    const scheduled = () => void window.setTimeout(begun, 0); // then JupyterLab has marked the cell
+    NotebookActions.executionScheduled.connect(scheduled);
     const later = () => {
       window.clearTimeout(timer);
       timer = window.setTimeout(() => void look(), SETTLE);
@@ -99,6 +106,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
       gone = true;
       window.clearTimeout(timer);
       window.clearInterval(every);
+      NotebookActions.executionScheduled.disconnect(scheduled);
       panel.context.model?.contentChanged.disconnect(later);
       panel.sessionContext.statusChanged.disconnect(later);
     };
@@ -134,8 +142,8 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         </button>
       </header>
       <ul className="ros-Parts" aria-label="Checks and questions">
-        {state?.parts.map(part => (
-          <li key={part.name} className={part.done ? 'ros-mod-done' : ''}>
+        {state?.parts.map(part => ({ ...part, runs: running.includes(part.name) })).map(part => (
+          <li key={part.name} className={part.runs ? '' : part.done ? 'ros-mod-done' : part.failed ? 'ros-mod-failed' : ''}>
             <button
               onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
               aria-label={`${checks.has(part.name) ? 'Run the check' : 'Show the question'} ${part.name}`}
@@ -143,10 +151,10 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
               {checks.has(part.name) ? 'Run' : 'Show'}
             </button>
             <span className="ros-mark" aria-hidden="true">
-              {part.done ? '✓' : '○'}
+              {part.runs ? '…' : part.done ? '✓' : part.failed ? '✗' : '○'}
             </span>
             <span className="ros-part">
-              <strong>{part.name}</strong>: {part.state}{' '}
+              <strong>{part.name}</strong>: {part.runs ? 'running' : part.state}{' '}
               <span className="ros-quiet">(up to {part.points} points)</span>
             </span>
           </li>
@@ -282,6 +290,12 @@ function filesOf(panel: NotebookPanel): File[] {
     }
   }
   return files;
+}
+
+/** The names of the graded cells that run, or wait for those that do. */
+function runningIn(panel: NotebookPanel): string[] {
+  const runs = (model: any) => model.type === 'code' && model.executionState === 'running';
+  return panel.isDisposed ? [] : panel.content.widgets.filter(cell => runs(cell.model)).map(cell => nameOf(cell.model));
 }
 
 function nameOf(cell: any): string {

@@ -57,11 +57,26 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
   );
   const box = React.useRef<HTMLDivElement>(null);
   const atEnd = React.useRef(true);
+  const top = React.useRef(0); // px, at the last scroll
   React.useLayoutEffect(() => {
     if (box.current && atEnd.current) {
       box.current.scrollTop = box.current.scrollHeight;
     }
   }, [lines]);
+  React.useEffect(() => {
+    const sized = new ResizeObserver(([{ target }]) => {
+      if (atEnd.current) {
+        target.scrollTop = target.scrollHeight;
+      }
+    });
+    sized.observe(box.current!);
+    return () => sized.disconnect();
+  }, []);
+  React.useEffect(() => {
+    if (!up) {
+      setShown(EMPTY); // the next lines are of another session
+    }
+  }, [up]);
   const names = [...new Set([...nodes.map(each => each.name), ...(node ? [node] : [])])];
   return (
     <section className="ros-Log" aria-label="Log">
@@ -92,7 +107,8 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
       </div>
       <div className="ros-Log-lost">
         {failed}
-        {lost > 0 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
+        {lost === 1 && 'One line is not shown: lines came faster than a page can show them.'}
+        {lost > 1 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
       </div>
       {lines.length === 0 && !failed && up && listened && <p className="ros-quiet">No lines yet.</p>}
       <div
@@ -104,7 +120,12 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
         aria-label="Log lines"
         onScroll={event => {
           const { scrollTop, scrollHeight, clientHeight } = event.currentTarget;
-          atEnd.current = scrollTop + clientHeight > scrollHeight - 20;
+          const end = scrollTop + clientHeight > scrollHeight - 20;
+          // Also scrolled is a box that has become smaller, or whose first lines are gone: only a reader scrolls back.
+          if (end || scrollTop < top.current) {
+            atEnd.current = end;
+          }
+          top.current = scrollTop;
         }}
       >
         {lines.map((line, number) => (

@@ -126,6 +126,13 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
   const [doing, setDoing] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
+  const item = React.useRef<HTMLLIElement>(null);
+  /** Bring what has been opened into sight, and its node at least. */
+  const reveal = () => {
+    const list = item.current!.parentElement!;
+    const [{ top, bottom }, seen] = [item.current!.getBoundingClientRect(), list.getBoundingClientRect()];
+    list.scrollTop += Math.max(0, Math.min(bottom - seen.bottom, top - seen.top));
+  };
   const ask = async (method: string, what: string, params: object = { name: node.key }) => {
     setDoing(what);
     setFailed('');
@@ -139,11 +146,12 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
   const state = doing || node.state + (node.state === 'running' && node.stories.length ? ', with an error' : '');
   const trouble = node.stories.length > 0;
   return (
-    <li className={`ros-Node ros-mod-${node.state}${trouble ? ' ros-mod-trouble' : ''}`}>
+    <li ref={item} className={`ros-Node ros-mod-${node.state}${trouble ? ' ros-mod-trouble' : ''}`}>
       <div className="ros-Node-row">
         <button
           ref={button}
           className="ros-Node-name"
+          aria-label={`${node.name} ${state}`}
           aria-expanded={open}
           aria-controls={id}
           onClick={() => setOpen(!open)}
@@ -151,9 +159,13 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
           <span className="ros-mark" aria-hidden="true">
             {node.state === 'running' && trouble ? '▲' : MARK[node.state]}
           </span>
-          <span className="ros-name">{node.name}</span>
-          <span className="ros-state">{state}</span>
+          <span className="ros-name">{breakable(node.name)}</span>
         </button>
+        {state !== 'running' && (
+          <span className="ros-state" aria-hidden="true">
+            {state}
+          </span>
+        )}
         {node.key && (
           <span className="ros-buttons">
             <button
@@ -187,17 +199,18 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
       </div>
       <div role="status">{failed && <pre className="ros-story">{failed}</pre>}</div>
       <div id={id} hidden={!open}>
-        {open && <NodeDetails node={node} link={link} />}
+        {open && <NodeDetails node={node} link={link} reveal={reveal} />}
       </div>
     </li>
   );
 }
 
-function NodeDetails({ node, link }: { node: Node; link: Link }): JSX.Element {
+function NodeDetails({ node, link, reveal }: { node: Node; link: Link; reveal: () => void }): JSX.Element {
   const [details, setDetails] = React.useState<Details | null>(null);
   const [failed, setFailed] = React.useState('');
   const running = node.state === 'running';
   useTopic(running ? link : null, 'nodes.node', { name: node.name }, setDetails, () => setDetails(null), setFailed);
+  React.useLayoutEffect(reveal, [details !== null]);
   const kinds = details ? KINDS.filter(kind => details[kind].length > 0) : [];
   return (
     <div className="ros-Node-details">

@@ -1,14 +1,17 @@
 // Common parts of all panels.
 
 import { ReactWidget } from '@jupyterlab/apputils';
-import { NotebookActions } from '@jupyterlab/notebook';
+import { Cell } from '@jupyterlab/cells';
+import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Message } from '@lumino/messaging';
 import * as React from 'react';
 
-import { Current } from './current';
+import { Current, isConnecting } from './current';
 import { Link, State } from './link';
 
+const CONNECTING = 'Connecting …';
+const LIVE = 'course.live()'; // in the cell that makes the session
 const HIDDEN = 1000; // ms: JupyterLab hides everything for a moment when its theme changes
 
 /** A side panel that is drawn, and follows the kernel, only while it is visible. */
@@ -116,20 +119,30 @@ export function useTopic(
   }, [link, topic, JSON.stringify(options)]);
 }
 
-/** The button for the advice of `instead`: it runs the cell that makes the session, or else the first. */
+/** The cell that makes the session, and whether it is the notebook's first one with code; null if there is none. */
+function liveCell(panel: NotebookPanel): { cell: Cell; first: boolean } | null {
+  const cells = panel.content.widgets.filter(cell => cell.model.type === 'code');
+  const cell = cells.find(each => each.model.sharedModel.source.includes(LIVE));
+  return cell ? { cell, first: cell === cells[0] } : null;
+}
+
+/** The button for the advice of `instead`: it runs the cell that makes the session. */
 export function FirstCell({ current, link }: { current: Current; link: Link | null }): JSX.Element | null {
   const panel = current.panel;
   if (!panel || link?.state !== 'waiting') {
     return null;
   }
+  const found = liveCell(panel);
+  if (!found) {
+    return null;
+  }
   const run = () => {
-    const cells = panel.content.widgets.filter(cell => cell.model.type === 'code');
-    const first = cells.find(cell => cell.model.sharedModel.source.includes('course.live()')) ?? cells[0];
-    if (first) {
-      void NotebookActions.runCells(panel.content, [first], panel.sessionContext);
+    if (!found.first) {
+      void panel.content.scrollToItem(panel.content.widgets.indexOf(found.cell)); // the reader sees what is run
     }
+    void NotebookActions.runCells(panel.content, [found.cell], panel.sessionContext);
   };
-  return <button onClick={run}>Run the first cell</button>;
+  return <button onClick={run}>{found.first ? 'Run the first cell' : `Run the cell with ${LIVE}`}</button>;
 }
 
 /** Return a name that a narrow panel breaks after `/` and `_` only, and from which nothing else is copied. */
@@ -142,13 +155,21 @@ export function breakable(name: string): React.ReactNode {
   ));
 }
 
+function howToBegin(panel: NotebookPanel): string {
+  const found = liveCell(panel);
+  if (!found) {
+    return `Write and run a cell with ros = ${LIVE}`;
+  }
+  return found.first ? `Run the notebook’s first cell: ros = ${LIVE}` : `Run the notebook’s cell with ros = ${LIVE}`;
+}
+
 /** Return the advice that replaces a panel's content; null if the kernel has a live session. */
 export function instead(current: Current, link: Link | null): string | null {
   if (!current.panel) {
     return 'Open a notebook: this panel shows what goes on in it.';
   }
   if (!link) {
-    return 'The notebook has no kernel. Choose one in the Kernel menu.';
+    return isConnecting(current.panel) ? CONNECTING : 'The notebook has no kernel. Choose one in the Kernel menu.';
   }
   switch (link.state) {
     case 'up':
@@ -156,11 +177,11 @@ export function instead(current: Current, link: Link | null): string | null {
     case 'offline':
       return 'Jupyter’s server does not answer. Trying again …';
     case 'connecting':
-      return 'Connecting …';
+      return CONNECTING;
     default:
       return link.wasUp
         ? `The kernel ${current.panel.sessionContext.session?.kernel?.status === 'dead' ? 'has ended' : 'was restarted'}, ` +
-            'and its nodes have ended. Run the notebook’s first cell to begin again.'
-        : 'There is no live session yet. Run the notebook’s first cell: ros = course.live()';
+            `and its nodes have ended. ${howToBegin(current.panel)}`
+        : `There is no live session yet. ${howToBegin(current.panel)}`;
   }
 }

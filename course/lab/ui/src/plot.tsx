@@ -28,6 +28,7 @@ const FIRST = ['/cmd_vel', '/odom', '/scan']; // topics that are chosen before o
 const USUAL = 'linear.x'; // and the field
 const STEP = 0.1; // of the frame, for an arrow key
 const PICTURE: [number, number] = [1200, 600]; // px, of a saved picture
+const OLD = 3; // s without a message, after which the last number is told as such
 const NUMBERS = 250; // ms between two changes of the numbers: nobody reads faster
 
 /** The state that a panel keeps while it is hidden. */
@@ -138,6 +139,23 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
       )}
       {memory.series.length > 0 && (
         <>
+          <ul className="ros-Plot-series" aria-label="The numbers in the plot">
+            {memory.series.map((each, place) => (
+              <Row
+                key={nameOf(each)}
+                link={message === null ? link : null}
+                series={each}
+                place={place}
+                value={valueAt(each, until)}
+                paused={paused}
+                remove={() => remove(each)}
+                failed={why => {
+                  remove(each);
+                  setFailed(why);
+                }}
+              />
+            ))}
+          </ul>
           <div className="ros-Plot-stage">
             <canvas
               ref={canvas}
@@ -202,22 +220,6 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
               Save as CSV
             </button>
           </div>
-          <ul className="ros-Plot-series" aria-label="The numbers in the plot">
-            {memory.series.map((each, place) => (
-              <Row
-                key={nameOf(each)}
-                link={message === null ? link : null}
-                series={each}
-                place={place}
-                value={valueAt(each, until)}
-                remove={() => remove(each)}
-                failed={why => {
-                  remove(each);
-                  setFailed(why);
-                }}
-              />
-            ))}
-          </ul>
         </>
       )}
     </>
@@ -312,6 +314,7 @@ function Row(props: {
   series: Series;
   place: number;
   value: number | null | undefined;
+  paused: boolean;
   remove: () => void;
   failed: (why: string) => void;
 }): JSX.Element {
@@ -319,6 +322,7 @@ function Row(props: {
   const now = React.useRef(series);
   now.current = series; // a new one when the plot starts again
   const [says, setSays] = React.useState('');
+  const [came, setCame] = React.useState(false);
   useTopic(
     props.link,
     'plot',
@@ -326,23 +330,28 @@ function Row(props: {
     data => {
       add(now.current, data.points);
       setSays(data.says);
+      setCame(before => before || data.points.length > 0);
     },
     () => {
       const last = now.current.times[now.current.times.length - 1];
       add(now.current, last === undefined ? [] : [[last, null]]); // a gap for the time in which the panel was hidden
       setSays('');
+      setCame(false);
     },
     props.failed
   );
+  const value = came || props.paused ? props.value : undefined;
+  const silent = came && !props.paused ? Date.now() / 1000 - series.times[series.times.length - 1] : 0; // s
+  const note = says || (!came && 'Nothing has come yet.') || (silent > OLD && `Nothing has come for ${Math.round(silent)} s.`);
   return (
     <li>
       <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(props.place)})` }} aria-hidden="true" />
       <code>{nameOf(series)}</code>
       <output>
-        {told(props.value)}
-        {typeof props.value === 'number' && series.unit && ` ${series.unit}`}
+        {told(value)}
+        {typeof value === 'number' && series.unit && ` ${series.unit}`}
       </output>
-      <span className="ros-quiet">{says}</span>
+      <span className="ros-quiet">{props.link && note}</span>
       <button aria-label={`Remove ${nameOf(series)}`} title="Remove it from the plot" onClick={props.remove}>
         ×
       </button>

@@ -111,7 +111,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   }, [message]);
   const world = knobs.find(node => valueOf(node, 'paused') !== undefined) ?? null;
   const sees = state.nodes?.sees ?? [];
-  const drives = state.nodes?.drives ?? [];
+  const drivers = [...(state.nodes?.drives ?? []), ...state.silent];
   const paused = world !== null && valueOf(world, 'paused') === true;
   const speed = world === null ? 1 : Number(valueOf(world, 'speed'));
   const set = (values: object, done: string) => ask('robot.set', { node: world!.name, values }, done);
@@ -155,7 +155,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       )}
       {message === null && !failed && state.nodes && (
         <>
-          {sees.length === 0 && <NoRobot was={state.scan !== null} rooms={rooms} link={link!} drives={drives} />}
+          {sees.length === 0 && <NoRobot was={state.scan !== null} rooms={rooms} link={link!} drivers={drivers} />}
           {(sees.length > 0 || state.scan) && (
             <>
               <div className="ros-Robot-main">
@@ -232,12 +232,12 @@ function NoRobot({
   was,
   rooms,
   link,
-  drives
+  drivers
 }: {
   was: boolean; // true if there has been one
   rooms: { [name: string]: string };
   link: Link;
-  drives: string[];
+  drivers: string[];
 }): JSX.Element {
   const [room, setRoom] = React.useState('hall');
   const [doing, setDoing] = React.useState(false);
@@ -256,7 +256,7 @@ function NoRobot({
     <>
       <p className="ros-Panel-message">
         No robot {was ? 'any more' : 'yet'}. Run a cell that starts a world, or start one here: the node <code>/world</code>, in real time
-        {drives.length ? ', for what drives now' : ''}.
+        {drivers.length ? `, for ${drivers.join(' and ')}` : ''}.
       </p>
       <div className="ros-Robot-controls">
         <label>
@@ -350,7 +350,6 @@ function Controls({
 /** The numbers of the view as text. */
 function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
   const sectors = state.scan?.sectors;
-  const drives = state.nodes?.sees.length ? state.nodes.drives : [];
   const stale = state.scan !== null && !state.fresh(performance.now());
   return (
     <dl className={`ros-Robot-facts${state.nodes?.sees.length ? '' : ' ros-mod-old'}`} aria-label="What the robot sees and does">
@@ -368,6 +367,11 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
           {state.doing}
         </dd>
       </div>
+      {state.nodes !== null && state.nodes.sees.length > 0 && (
+        <div className="ros-mod-line ros-mod-driver">
+          <dt>driven by</dt> <dd>{state.driver}</dd>
+        </div>
+      )}
       {state.pose && (
         <div className="ros-mod-long">
           <dt>position</dt>
@@ -386,11 +390,6 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
         <dt>collisions</dt>
         <dd>{state.collisions.count || 'none'}</dd>
       </div>
-      {drives.length > 0 && (
-        <div>
-          <dt>driven by</dt> <dd>{drives.join(' and ')}</dd>
-        </div>
-      )}
       {state.says && (
         <div>
           <dt>state</dt>

@@ -29,7 +29,7 @@ const LOOK: [string, string][] = [
 ];
 const DRAWN: [string, string][] = [
   ['circle', 'the robot; its nose points ahead'],
-  ['black lines', 'walls and obstacles'],
+  ['black or white lines', 'walls and obstacles'],
   ['orange dots', 'where the laser’s last scan hit something'],
   ['orange line', 'from the laser towards its first beam'],
   ['sectors', 'how far it is free to the front, to the left and to the right'],

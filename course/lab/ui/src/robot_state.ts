@@ -23,6 +23,7 @@ const REST = 0.005; // m/s, rad/s: what is shown as 0.00
 export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
   command: [number | null, number | null] | null = null;
+  hand = false; // true while the robot is driven by hand
   idle = ''; // why driving by hand is impossible, or ''
   moves: [number | null, number | null] | null = null;
   nodes: { sees: string[]; drives: string[] } | null = null;
@@ -31,6 +32,7 @@ export class RobotState {
   scan: Scan | null = null;
   says = ''; // the state that the driver logs
   scanAt = 0; // ms, on the page's clock
+  silent: string[] = []; // who could drive, and sends no commands
   trail: Place[] = [];
   version = 0; // changes with all new data
 
@@ -71,7 +73,9 @@ export class RobotState {
       this.command = data.command;
       this._driven = this._driven || data.command !== null;
     }
+    this.hand = data.hand ?? this.hand;
     this.idle = data.idle ?? this.idle;
+    this.silent = data.silent ?? this.silent;
     this.says = data.state ?? this.says;
     this.collisions = data.collisions ?? this.collisions;
     if (data.nodes?.sees.length && this.nodes?.sees.length === 0) {
@@ -87,6 +91,15 @@ export class RobotState {
     }
     const rests = this.moves?.every(speed => speed !== null && Math.abs(speed) < REST);
     return rests ? 'none any more: the robot has stopped' : 'none any more';
+  }
+
+  /** Return who drives, in words. */
+  get driver(): string {
+    if (this.hand || this.nodes?.drives.length) {
+      return this.hand ? 'you' : this.nodes!.drives.join(' and ');
+    }
+    const [are, send] = this.silent.length > 1 ? ['are', 'send'] : ['is', 'sends'];
+    return this.silent.length ? `nobody: ${this.silent.join(' and ')} ${are} there and ${send} no commands` : 'nobody';
   }
 
   /** Return true if scans arrive. */

@@ -190,7 +190,11 @@ class Strip {
   private _toggle(bar: TabBar<Widget>): void {
     const terminal = this._terminals.find(each => bar.currentTitle === each.title);
     if (terminal) {
-      this._resize(terminal, !this._isLow(terminal));
+      const low = this._isLow(terminal);
+      this._resize(terminal, !low);
+      if (low) {
+        this._shell.activateById(terminal.id); // whoever makes it bigger wants to type
+      }
     }
   }
 

@@ -8,6 +8,7 @@ import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
 import { SplitPanel } from '@lumino/widgets';
 
+import { isConnecting } from './current';
 import { tabsWith } from './dock';
 import { post } from './server';
 import { TERMINAL } from './strip';
@@ -44,11 +45,15 @@ export const front: JupyterFrontEndPlugin<void> = {
   description: 'Tells the server which notebook is in front: the terminals are in its ROS domain and folder.',
   autoStart: true,
   requires: [INotebookTracker],
-  activate: (_: JupyterFrontEnd, tracker: INotebookTracker) => {
+  activate: (app: JupyterFrontEnd, tracker: INotebookTracker) => {
     let panel: NotebookPanel | null = null;
+    let restored = false; // before, JupyterLab opens one notebook after the other
     let told = ' '; // a kernel and a path
     const tell = () => {
       const shown = panel && !panel.isDisposed ? panel : null;
+      if (!restored || (shown && isConnecting(shown))) {
+        return;
+      }
       const path = shown?.context.path ?? '';
       const kernel = shown?.sessionContext.session?.kernel?.id ?? '';
       if (`${kernel} ${path}` !== told) {
@@ -58,12 +63,18 @@ export const front: JupyterFrontEndPlugin<void> = {
     };
     const follow = () => {
       panel?.sessionContext.kernelChanged.disconnect(tell);
+      panel?.sessionContext.statusChanged.disconnect(tell);
       panel = tracker.currentWidget;
       panel?.sessionContext.kernelChanged.connect(tell);
+      panel?.sessionContext.statusChanged.connect(tell);
       tell();
     };
     tracker.currentChanged.connect(follow);
     follow();
+    void app.restored.then(() => {
+      restored = true;
+      tell();
+    });
   }
 };
 
