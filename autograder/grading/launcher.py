@@ -29,6 +29,7 @@ from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
+LOAD = 0.3  # s between two looks at the machine's load, which cost more the busier it is
 ORPHANED = 1.0  # s until processes killed with their program are gone
 
 
@@ -104,7 +105,8 @@ class Launcher:
 
         Returns None if stdin is closed before.
         """
-        stopped, end, look, load, traffic = "", time.monotonic() + limit, 0.0, Load(), Traffic(self._counters)
+        stopped, end, load, traffic = "", time.monotonic() + limit, Load(), Traffic(self._counters)
+        look = look_at_load = 0.0  # s of time.monotonic, the next ones
         waiting = [channel, self._control, sys.stdin]
         while True:
             ready = select.select(waiting, [], [], GLANCE)[0]
@@ -120,9 +122,10 @@ class Launcher:
                 return None
             if not stopped and time.monotonic() > look:
                 look = time.monotonic() + GLANCE
-                load.look(
-                    lambda: running(processes(os.getpid()).keys() - {os.getpid()})
-                )  # no program makes its own machine busy
+                if time.monotonic() > look_at_load:
+                    look_at_load = time.monotonic() + LOAD
+                    # No program makes its own machine busy.
+                    load.look(lambda: running(processes(os.getpid()).keys() - {os.getpid()}))
                 for domain in traffic.look(server.used):
                     server.stop(domain, WHY)
                 stopped = self._too_much(user, end)
