@@ -123,7 +123,7 @@ class Feedback:
                     for mark in marks
                 ],
             )
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
             raise FeedbackError("it is not a feedback page from this course, or it is damaged") from None
 
 

@@ -122,6 +122,7 @@ def test_what_a_hostile_page_says_is_shown_and_not_run(folder, monkeypatch):
         FOUND.to_text().replace('"points": 10.0', '"points": "10"'),
         FOUND.to_text().replace('"points": 10.0', '"points": NaN'),
         FOUND.to_text().replace('"points": 10.0', '"points": 1e300'),
+        FOUND.to_text().replace('"points": 10.0', f'"points": {"9" * 4000}'),
         FOUND.to_text().replace('"student": "ada"', '"student": ["ada"]'),
         FOUND.to_text().replace('"tests": [', '"tests": [7, '),
     ],
