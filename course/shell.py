@@ -151,7 +151,7 @@ def exports(folder: Path, shell: int, session: str) -> str:
 
 def _no_session(domain: str) -> str:
     return (
-        "The notebook in front has no session: run its first cell. "
+        "The notebook in front has no session: run its cell with ros = course.live(). "
         f"Until then, this terminal is in ROS domain {domain}, in which no notebook is."
     )
 

@@ -152,12 +152,15 @@ def test_the_log_follows_its_end_and_an_opened_node_comes_into_sight_beside_many
     expect(panel.locator(".ros-Node-details")).to_contain_text("parameters")
     assert wait_until(lambda: panel.locator(".ros-Node-details").evaluate(WITHIN), WAIT / 1e3)
     keep_picture(page, "nodes-many-1280")
-    panel.get_by_role("button", name=re.compile("^Stop /stranger")).click()
+    panel.get_by_role("listitem").filter(has_text="/stranger").get_by_role("button", name="Stop").click()
     expect(panel.get_by_role("listitem")).to_have_count(8)
     page.get_by_role("button", name="Restart the kernel", exact=True).click()
     page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
     expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
     expect(log.locator(".ros-Log-line")).to_have_count(0)  # they belong to a session that has ended
+    wait_for_kernel(page)
+    choose(page, "Kernel", "Shut Down Kernel")
+    expect(panel).to_contain_text("The notebook has no kernel.")
 
 
 SAID = """window.said = [];

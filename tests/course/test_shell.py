@@ -394,7 +394,8 @@ def test_a_terminal_of_jupyterlab_says_that_the_notebook_in_front_has_no_session
     kernels = [Kernel(folder) for folder in (tmp_path, tmp_path / "services")]
     start, section = (Path(each.manager.connection_file).stem.removeprefix("kernel-") for each in kernels)
     live = "import course\nros = course.live()\nprint(ros.domain_id)"
-    nobody = r"in front has no session: run its first cell\. Until then, this terminal is in ROS domain (\d+),"
+    nobody = r"in front has no session: run its cell with ros = course\.live\(\)\. "
+    nobody += r"Until then, this terminal is in ROS domain (\d+),"
     try:
         registry.put_in_front(os.getpid(), start, str(tmp_path))
         terminal = open_terminal(tmp_path, "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))

@@ -79,7 +79,7 @@ function GraphView({ current, open, asTab }: { current: Current; open: Open; asT
   );
   const message = instead(current, link);
   const nodes = (message === null && graph?.nodes) || [];
-  const empty = graph?.nodes === null ? 'The session has ended: run the first cell again.' : 'No node runs.';
+  const empty = graph?.nodes === null ? 'The session has ended: run the cell with ros = course.live() again.' : 'No node runs.';
   const choose = (id: string) => setSelected(id === selected ? '' : id);
   return (
     <div className="ros-Graph">

@@ -95,7 +95,7 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
           </span>}
       </header>
       <div className="ros-Panel-message" role="status">
-        {failed || message || (nodes && domain === null ? 'The session has ended: run the first cell again.' : '')}
+        {failed || message || (nodes && domain === null ? 'The session has ended: run the cell with ros = course.live() again.' : '')}
         {!failed && message === null && domain !== null && nodes?.length === 0 ? 'No node runs.' : ''}
       </div>
       <FirstCell current={current} link={link} />

@@ -129,7 +129,7 @@ function liveCell(panel: NotebookPanel): { cell: Cell; first: boolean } | null {
 /** The button for the advice of `instead`: it runs the cell that makes the session. */
 export function FirstCell({ current, link }: { current: Current; link: Link | null }): JSX.Element | null {
   const panel = current.panel;
-  if (!panel || link?.state !== 'waiting') {
+  if (!panel || link?.state !== 'waiting' || isEnding(panel)) {
     return null;
   }
   const found = liveCell(panel);
@@ -153,6 +153,10 @@ export function breakable(name: string): React.ReactNode {
       {part}
     </React.Fragment>
   ));
+}
+
+function isEnding(panel: NotebookPanel): boolean {
+  return panel.sessionContext.kernelDisplayStatus === 'terminating';
 }
 
 function howToBegin(panel: NotebookPanel): string {
@@ -179,6 +183,9 @@ export function instead(current: Current, link: Link | null): string | null {
     case 'connecting':
       return CONNECTING;
     default:
+      if (isEnding(current.panel)) {
+        return 'The kernel is being shut down, and its nodes have ended.';
+      }
       return link.wasUp
         ? `The kernel ${current.panel.sessionContext.session?.kernel?.status === 'dead' ? 'has ended' : 'was restarted'}, ` +
             `and its nodes have ended. ${howToBegin(current.panel)}`
