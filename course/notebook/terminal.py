@@ -270,6 +270,7 @@ class _Wait:
         self._stacks, self._pid, self._path = stacks, pid, path
         self._next = time.monotonic() + HELD  # the time of the next look for a wait
         self._seen = ""  # what the last look has found
+        self._loop: tuple[Frame, ...] = ()  # where it has found a loop that cannot end
         self._asleep = 0  # looks in succession at which it and all programs of the session slept
         self._spin: EndlessSpin | None = None  # what was found meanwhile
 
@@ -279,12 +280,14 @@ class _Wait:
         If a node of the session has `failed`, that is why a future is not done.
         """
         session = current()
-        return (self._waits(session) or ("" if failed else self._spins(session))) if session else ""
+        at = self._waits(session) if session and time.monotonic() >= self._next else ""
+        return (at or ("" if failed else self._spins(session))) if session else ""
 
     def _waits(self, session: Session) -> str:
-        if time.monotonic() < self._next:
-            return ""
-        self._next, before = time.monotonic() + AGAIN, self._seen
+        self._next, before, loop = time.monotonic() + AGAIN, self._seen, self._loop
+        self._loop = self._stacks.beginning(self._pid, self._path, endless=True)
+        if self._loop and loop and self._loop[-1].function == loop[-1].function:
+            return _lines(self._loop)
         self._seen = self._stacks.endless_wait(self._pid, self._path, session.served())
         if not self._seen or self._seen != before:
             return ""

@@ -1,7 +1,8 @@
 """Finds out that a program's callback, or its start, cannot end in time, from its threads' stacks and its text.
 
-Only what is certain counts, because a wait ends early for it: a `sleep` that is longer than the limit, or a loop that
-cannot end.  However slow the machine is, such a callback returns too late.
+Only what is certain counts, because a wait ends early for it: a `sleep` that is longer than the limit, a loop that
+cannot end, or a lock that the program acquires and never releases.  However slow the machine is, such a callback
+returns too late.
 """
 
 import ast
@@ -17,6 +18,7 @@ CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callbac
 # A program with one of these may run other code while a callback waits.
 OTHERS = re.compile(r"ThreadedExecutor|EventsExecutor|\bThread\b|\bTimer\b|_thread\b|asyncio|concurrent|\bsignal\b")
 THREADS = re.compile(r"\bThread\b|\bTimer\b|_thread\b|asyncio|concurrent|\bsignal\b")  # the same before it spins
+RELEASES = re.compile(r"\.release\b|\b__exit__\b")
 BY_CTRL_C = ("ExternalShutdownException", "KeyboardInterrupt")  # errors that no loop raises by itself
 IDLE = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in the program
 PURE = ("abs", "all", "any", "bool", "done", "float", "int", "len", "max", "min", "result", "str")
@@ -43,7 +45,8 @@ def hang(stacks: str, path: Path, callbacks: Collection[str], limit: float) -> t
             continue
         answers = chain[-1][2] in callbacks
         late = answers and chain[0] is thread[0] and _shortest_sleep(tree, chain[0][1]) >= limit
-        if late or ((answers or alone) and "suppress" not in source and _in_endless_loop(tree, chain, alone)):
+        locked = answers and chain[0] is thread[0] and _waits_for_ever(tree, source, chain[0][1])
+        if late or locked or ((answers or alone) and "suppress" not in source and _in_endless_loop(tree, chain, alone)):
             return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(chain))
     return ()
 
@@ -72,6 +75,19 @@ def _shortest_sleep(tree: ast.Module, line: int) -> float:
     here = [call for call in calls(tree, "sleep") if _covers(call, line)]
     values = [getattr(call.args[0] if call.args else None, "value", 0.0) for call in here]
     return min((float(each) if isinstance(each, (int, float)) else 0.0 for each in values), default=0.0)
+
+
+def _waits_for_ever(tree: ast.Module, source: str, line: int) -> bool:
+    """Return True if a line waits for a lock that the program acquires without ever releasing it."""
+    taken = [_lock(each) for each in calls(tree, "acquire") if not (each.args or each.keywords)]
+    here = [_lock(each) for each in calls(tree, "acquire") if _covers(each, line)]
+    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.With) and node.lineno == line]
+    here += [ast.unparse(item.context_expr) for block in blocks for item in block.items]
+    return not RELEASES.search(source) and len(here) == 1 and here[0] in taken
+
+
+def _lock(call: ast.Call) -> str:
+    return ast.unparse(call.func).rpartition(".")[0]
 
 
 def _covers(node: ast.expr | ast.stmt, line: int) -> bool:

@@ -38,6 +38,15 @@ def test_a_program_that_loops_is_not_waited_for_and_tells_its_line(tmp_path):
     assert "(stopped after 30 s)" not in output
 
 
+def test_a_loop_that_cannot_end_is_told_before_it_has_used_much_time(tmp_path, monkeypatch):
+    monkeypatch.setattr("course.session.stacks.SPENT", 60.0)
+    monkeypatch.setattr("course.notebook.terminal.current", Served)
+    loop = "def ask():\n    while not future.done:\n        pass\n\nask()\n"
+    output, status = run(tmp_path, f"import types\nfuture = types.SimpleNamespace(done=False)\n{loop}")
+    assert status == 124 and ("line 4, in ask\n" in output or "line 5, in ask\n" in output), output
+    assert "(stopped after 30 s)" not in output
+
+
 def test_a_program_that_is_given_more_time_than_usual_may_compute_for_long(tmp_path):
     work = "import time\nwhile time.process_time() < 1.5: pass\nprint('done')\n"
     assert run(tmp_path, work, timeout=USUAL + 1) == ("done\n", 0)

@@ -99,6 +99,21 @@ def test_another_callback_and_the_main_part(tmp_path):
     assert found(tmp_path, endless, outer='  File "/home/server.py", line 99 in main\n') == []
 
 
+@pytest.mark.parametrize(
+    ("body", "line", "hangs"),
+    [
+        ("self.lock.acquire()\nself.count += 1", 7, True),
+        ("self.lock.acquire()\nwith self.lock:\n    self.count += 1", 8, True),
+        ("self.lock.acquire()\nself.lock.release()", 7, False),
+        ("with self.lock:\n    self.count += 1", 7, False),
+        ("self.lock.acquire(timeout=1.0)", 7, False),
+        ("self.lock.acquire()\nwith self.other:\n    self.count += 1", 8, False),
+    ],
+)
+def test_a_lock_that_is_never_released(tmp_path, body, line, hangs):
+    assert found(tmp_path, body, line=line) == [line] * hangs
+
+
 def test_a_callback_that_is_elsewhere(tmp_path):
     assert found(tmp_path, "while True:\n    pass", line=9) == []
     library = f'  File "/venv/lib/other.py", line 1 in wait\n  File "{tmp_path}/server.py", line 8 in ask\n{SPUN}'
