@@ -142,7 +142,7 @@ def _news_before(*_: Any) -> None:
 def _news_after(result: Any, *_: Any) -> None:
     """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has run."""
     if result.error_before_exec is None:
-        _note_check(str(result.info.raw_cell or ""))
+        _note_check(str(result.info.raw_cell or ""), passed=bool(result.success))
     if isinstance(result.error_before_exec, SyntaxError):
         _tell_of_shell(str(result.info.raw_cell or ""))
     for text in slips(str(result.info.raw_cell or "")):
@@ -162,14 +162,15 @@ def _tell_of_shell(cell: str) -> None:
         print(f"Hint: This line is for a shell: in a cell, write it with `!`: `!{found[0].strip()}`", file=sys.stderr)
 
 
-def _note_check(source: str) -> None:
+def _note_check(source: str, *, passed: bool) -> None:
     """Note which files a public check of a notebook in the kernel's folder has judged."""
     if "assert" not in source:  # most cells are none, and reading the notebooks takes time
         return
     for path, known in cells.readable(sorted(Path().glob("*.ipynb"))):
         for at, cell in enumerate(known):
             if cell.public_check and cell.source == source:
-                note_checked(path.parent, cell.name, [name for above in known[:at] if (name := written_by(above))])
+                files = [name for above in known[:at] if (name := written_by(above))]
+                note_checked(path.parent, cell.name, files, passed=passed)
 
 
 def _pending() -> list[str]:

@@ -12,7 +12,7 @@ from course.foundation import cells, storage
 from course.foundation.untrusted import read_regular
 
 RECORD = ".exercise.json"
-WRITTEN, CHECKED = "written", "checked"
+WRITTEN, JUDGED, CHECKED = "written", "judged", "checked"
 
 
 def digest(content: bytes) -> str:
@@ -32,9 +32,18 @@ def written(folder: Path) -> dict[str, str]:
     return _texts(_record(folder).get(WRITTEN))
 
 
+def judged(folder: Path, check: str) -> dict[str, str]:
+    """Return the digest that each file had when the check called `check` last ran in `folder`."""
+    return _of_check(folder, JUDGED, check)
+
+
 def checked(folder: Path, check: str) -> dict[str, str]:
-    """Return the digest that each file had when the cell of the check called `check` last ran in `folder`."""
-    known = _record(folder).get(CHECKED)
+    """Return the digest that each file had when the check called `check` last passed in `folder`."""
+    return _of_check(folder, CHECKED, check)
+
+
+def _of_check(folder: Path, kind: str, check: str) -> dict[str, str]:
+    known = _record(folder).get(kind)
     return _texts(known.get(check)) if isinstance(known, dict) else {}
 
 
@@ -43,9 +52,11 @@ def note_written(file: Path, content: bytes) -> None:
     _note(file.parent, WRITTEN, file.name, digest(content))
 
 
-def note_checked(folder: Path, check: str, files: list[str]) -> None:
+def note_checked(folder: Path, check: str, files: list[str], *, passed: bool) -> None:
     """Note that the check called `check` has judged the files of `folder` with these names as they are now."""
-    _note(folder, CHECKED, check, {name: digest_of(folder / name) for name in files})
+    digests = {name: digest_of(folder / name) for name in files}
+    for kind in (JUDGED, CHECKED) if passed else (JUDGED,):
+        _note(folder, kind, check, digests)
 
 
 def _note(folder: Path, kind: str, key: str, value: object) -> None:

@@ -163,7 +163,7 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
     if cell.count is None:
         return "not run"
     files = [name for above in before if (name := written_by(above))]
-    judged = file_record.checked(folder, cell.name)
+    judged, passed = file_record.judged(folder, cell.name), file_record.checked(folder, cell.name)
     if judged.keys() >= {*files}:  # the numbers of the cells say nothing: another kernel may have run some of them
         written = [name for name in files if judged[name] != file_record.digest_of(folder / name)]
         if written:
@@ -177,6 +177,6 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
         name
         for name in files
         if (why := differ.get(name))
-        if why != FILE_EDITED or judged.get(name) != file_record.digest_of(folder / name)
+        if why != FILE_EDITED or passed.get(name) != file_record.digest_of(folder / name)
     ]
     return f"{CHANGED}: {changed[0]}" if changed else PASSED

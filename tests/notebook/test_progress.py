@@ -81,7 +81,7 @@ def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(s
     """After a restart, a cell that was run before has a higher number than the check."""
     section("services", written() | {"execution_count": 38}, check(count=2, outputs=error))
     folder = tmp_path / "services"
-    file_record.note_checked(folder, "adder", ["a.py"])
+    file_record.note_checked(folder, "adder", ["a.py"], passed=not error)
     assert [part.state for part in progress(tmp_path)] == ["not yet: 1 + 2 gave 4" if error else "passed"]
     section("services", written("x = 2\n") | {"execution_count": 1}, check(count=40, outputs=error))
     (folder / "a.py").write_text("x = 2\n")  # by its cell, in another kernel
