@@ -322,6 +322,21 @@ class Cancelled(Early):
                 self.end()  # what it still does must not disturb other goals
                 raise Wrong(fault.message) if self._spare else fault
 
+    def follow(self, goal: Goal) -> Ride | None:
+        """A goal of one step after the cancelled one, over or given up; None when the lift has ended since."""
+        ends, ended = self.ends, self.has_ended
+        place = min(max(goal.result.floor, 0), TOP) if goal.status else 0
+        floors = [place + 1 if place < TOP else place - 1]
+
+        def question(limit: float, alive: Alive) -> Goal | None:
+            after = self.give(floors, alive, limit)
+            if after and after.accepted and not self.over(after, floors, limit) and not alive():
+                return None
+            return after
+
+        ride = Ride(floors, accepted(self.converse(question, "a goal", OFFERED)))
+        return None if ended or self.ends > ends else ride
+
     def _play(self, limit: float, alive: Alive) -> Goal | None:
         """The goal, sent, cancelled after some steps and over; None when the program died or did not answer."""
         goal = self.give(self.floors, alive, limit)

@@ -1063,7 +1063,7 @@ WRONG = {
     "aborts a goal that has made all stops": (server(("goal_handle.succeed()", "goal_handle.abort()")), {"ride"}),
     "every goal starts at floor 0": (
         server((PERIOD, PERIOD + "        self.floor = 0\n")),
-        {"keeps_its_place", "cancelled_result", "preempt", "blocked"},
+        {"keeps_its_place", "cancelled_result", "preempt", "blocked", "aborted_result"},
     ),
     "starts at floor 1": (server(("self.floor = 0", "self.floor = 1")), {"keeps_its_place"}),
     "goes back to floor 0 when all stops are made": (
@@ -1362,7 +1362,7 @@ WRONG = {
                 CANCEL + "            if self.asked:\n                goal_handle.abort()\n                break\n",
             ),
         ),
-        {"cancel_while_waiting"},
+        {"cancel", "cancel_while_waiting"},
     ),
     "rejects while it is busy": (
         server((CHECK, "if self.cabin.locked():\n            return GoalResponse.REJECT\n        " + CHECK)),
