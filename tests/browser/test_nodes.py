@@ -180,7 +180,7 @@ def test_a_page_that_is_loaded_again_says_that_it_connects_and_moves_no_terminal
         page.goto(f"{lab[0]}/lab/tree/again/again.ipynb?token={lab[1]}")
         expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
         said = set(page.evaluate("window.said"))
-        assert said <= {"", "Connecting …", "Open a notebook: this panel shows what goes on in it."}
+        assert not [text for text in said if "has no kernel" in text]
         assert wait_until(lambda: told, WAIT / 1e3)
         assert all(each["path"] == "again/again.ipynb" and each["kernel"] for each in told)
 

@@ -129,8 +129,9 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
   const item = React.useRef<HTMLLIElement>(null);
   /** Bring what has been opened into sight, and its node at least. */
   const reveal = () => {
-    const list = item.current!.parentElement!;
-    const [{ top, bottom }, seen] = [item.current!.getBoundingClientRect(), list.getBoundingClientRect()];
+    const list = item.current?.parentElement;
+    if (!item.current || !list) return; // a node that is open from the start: React has not drawn it yet
+    const [{ top, bottom }, seen] = [item.current.getBoundingClientRect(), list.getBoundingClientRect()];
     list.scrollTop += Math.max(0, Math.min(bottom - seen.bottom, top - seen.top));
   };
   const ask = async (method: string, what: string, params: object = { name: node.key }) => {
