@@ -46,6 +46,7 @@ from course.session.source import (
     misspelt_init,
     name_of,
     no_result,
+    node_classes,
     outside_of_its_class,
     parameter_callbacks,
     parse,
@@ -108,7 +109,7 @@ def never_called(source: str, name: str = "main") -> bool:
 def makes_no_node(source: str) -> str:
     """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
     tree = parse(source)
-    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
+    nodes = node_classes(tree)
     if any(list(calls(tree, name)) for name in ("create_node", "Node", *(node.name for node in nodes))):
         return ""
     if nodes:

@@ -13,11 +13,11 @@ AGAIN = 10  # looks until it is asked again
 class Patience:
     """The looks at a program during one wait: `find` returns its frames where it hangs, () if it does not."""
 
-    def __init__(self, find: Callable[[], tuple[Frame, ...]], first: int = 0):
-        """`first` is the look at which the program is asked first, FIRST by default."""
+    def __init__(self, find: Callable[[], tuple[Frame, ...]], first: int = FIRST):
+        """`first` is the look at which the program is asked first."""
         self._find = find
         self._looked = time.monotonic()
-        self._left = first or FIRST
+        self._left = first
         self._seen: tuple[Frame, ...] = ()  # what it was last found in
 
     def exhausted(self) -> tuple[Frame, ...]:

@@ -249,24 +249,26 @@ def ends_its_node(source: str) -> tuple[str, int, str] | None:
     return None
 
 
+def node_classes(tree: ast.AST) -> list[ast.ClassDef]:
+    """Return the classes that are derived from Node itself."""
+    return [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
+
+
 def makes_one_node(source: str) -> bool:
     """Return True if a program's text makes a single node: one class of it, or one call of `Node` or `create_node`."""
     tree = parse(source)
-    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
-    return len([*classes, *calls(tree, "Node"), *calls(tree, "create_node")]) == 1
+    return len([*node_classes(tree), *calls(tree, "Node"), *calls(tree, "create_node")]) == 1
 
 
 def without_self(source: str) -> set[str]:
     """Return the names of the methods whose first parameter is not `self`, without static and class methods."""
     classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
-    return {
-        each.name
-        for node in classes
-        for each in node.body
-        if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))
-        and not each.decorator_list
-        and [argument.arg for argument in each.args.args[:1]] != ["self"]
-    }
+    plain = [each for node in classes for each in functions_of(node) if not each.decorator_list]
+    return {each.name for each in plain if not _begins_with_self(each)}
+
+
+def _begins_with_self(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    return [argument.arg for argument in function.args.args[:1]] == ["self"]
 
 
 def methods(source: str) -> set[str]:
@@ -299,7 +301,7 @@ def outside_of_its_class(name: str, source: str) -> tuple[int, str] | None:
         return None
     around = {each: function.name for function in functions(tree) for each in functions(function) if each != function}
     for each in functions(tree):
-        if each.name == name and [argument.arg for argument in each.args.args[:1]] == ["self"]:
+        if each.name == name and _begins_with_self(each):
             return each.lineno, around.get(each, "")
     return None
 

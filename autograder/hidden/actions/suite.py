@@ -215,13 +215,9 @@ def test_cancel(cancelled: Cancelled, quick: Quick) -> None:
         expect_no_other_step(goal, goal.cancel_answered, "When the request to cancel is accepted,")
         after = cancelled.follow(goal)
         if after is None or not quick.ends_well(after):
-            how = (
-                "The lift ended"
-                if after is None
-                else f"It {cancelled.how(after.end)}"
-                if after.end
-                else "It had no end"
-            )
+            how = "The lift ended"
+            if after is not None:
+                how = f"It {cancelled.how(after.end)}" if after.end else "It had no end"
             cancelled.end()  # what was cancelled must not spoil the second try
             raise Wrong(f"After a cancel, the next goal must be worked on. {how}.")
 

@@ -49,6 +49,7 @@ LATER = 0.8  # s after a failed call for which the relay is seen to go on
 UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
+GOES_ON = f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended"
 KEPT = 6.5  # s for which the motors keep their state when nobody asks for anything
 MAY_TAKE = 5.0  # s that /add_two_ints may take for an answer, by the task
 TAKES = 4.6  # s that it takes
@@ -502,10 +503,7 @@ def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
 def test_goes_on_afterwards(lonely: Relay) -> None:
     """After such a failure the relay keeps running, and works while /add_two_ints is there."""
     if lonely.failed == lonely.starts > 0 and lonely.has_ended:
-        raise Wrong(
-            f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended: "
-            f"{last_words(lonely.program)}."
-        )
+        raise Wrong(f"{GOES_ON}: {last_words(lonely.program)}.")
     lonely.up(offer(RELAY))
     ends = lonely.ends
     if lonely.failed != lonely.starts:
@@ -516,10 +514,7 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
     response = lonely.after_offer(PROMPT + SLACK)
     if not lonely.program.alive:
         lonely.end()
-        raise Wrong(
-            f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended: "
-            f"{last_words(lonely.program)}."
-        )
+        raise Wrong(f"{GOES_ON}: {last_words(lonely.program)}.")
     if response is None:
         serves = lonely.clients[RELAY].service_is_ready()
         lonely.end()
@@ -561,7 +556,7 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
             how = f"The first one that did was made {took:.1f} s later, at best. Look at each call if it is there."
         raise Wrong(f"{ADD} was gone, and is there again: a call of {RELAY} must succeed. {how}")
     if lonely.ends > ends or wait_until(lambda: lonely.has_ended, LATER):
-        raise Wrong(f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended.")
+        raise Wrong(f"{GOES_ON}.")
 
 
 @points(0.5, cell="relay")
