@@ -442,6 +442,7 @@ class Relay(Server):
         self._has_succeeded = False
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
+        self._answers = 0  # to calls of this start
         self._latest = "", 0  # the message of the latest call, and the number of sums that were answered before it
 
     @property
@@ -453,6 +454,11 @@ class Relay(Server):
     def sent(self) -> int:
         """How often this start has been called."""
         return self.ros.sent(RELAY)
+
+    @property
+    def unanswered(self) -> int:
+        """How many calls of this start have had no answer; calls made with `send` are not looked at."""
+        return self.sent - self._answers
 
     def expect_asking(self) -> None:
         """Some start must have asked /add_two_ints, or answered with success True; raises the fault of what it does."""
@@ -473,7 +479,7 @@ class Relay(Server):
 
     def connect(self) -> Offers:
         """The client, and the server for the program's own client."""
-        self._adder, self._started = None, time.monotonic()
+        self._adder, self._started, self._answers = None, time.monotonic(), 0
         self._place = self.bench.enter(self.ros.domain, threads=CALLERS + 2)  # seen before its service comes
         if self.served:
             self.serve()
@@ -552,13 +558,16 @@ class Relay(Server):
             # Sent once: a relay that waits for a server that is not there shall not have to do so again.
             return self.ros.call(self.clients[RELAY], Trigger.Request(), limit, alive, again=limit)
 
-        return self.converse(question, f"a request to {RELAY}", offer(RELAY))
+        response = self.converse(question, f"a request to {RELAY}", offer(RELAY))
+        self._answers += 1
+        return response
 
     def answers_again(self, limit: float) -> Any:
         """The response to one more call, or None when there is none within `limit` s."""
         program, client = self.program, self.clients[RELAY]
         limit, start = self.allow(limit), time.monotonic()
         response = self.ros.call(client, Trigger.Request(), limit, lambda: program.alive, again=limit)
+        self._answers += response is not None
         if response is not None and response.success:
             self._successes.add(response.message)
         elif response is not None:

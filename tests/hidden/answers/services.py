@@ -1065,6 +1065,19 @@ WRONG = {
         {"relay_answers"},
     ),
     "relay shows the sum without its sign": (relay(("{answer.sum}", "{abs(answer.sum)}")), {"relay_answers"}),
+    "relay asks twice, and calls its server unavailable at first": (
+        relay(
+            (
+                "if not self.client.service_is_ready():",
+                "self.calls = getattr(self, 'calls', 0) + self.client.service_is_ready()\n        if self.calls < 12 or not self.client.service_is_ready():",
+            ),
+            (
+                "        answer = " + AWAIT,
+                "        await self.client.call_async(AddTwoInts.Request(a=a, b=b))\n        answer = " + AWAIT,
+            ),
+        ),
+        {"relay_asks_each_time"},
+    ),
     "relay asks twice": (
         relay(
             (
