@@ -39,10 +39,10 @@ MOTIONS = {"straight on": GREEN, "to the left": BLUE, "to the right": ORANGE, "n
 COLLISION: dict[str, Any] = {
     "marker": "x",
     "color": VERMILLION,
-    "markersize": 10,
-    "markeredgewidth": 3,
+    "markersize": 8,
+    "markeredgewidth": 2.5,
     "linestyle": "",
-    "zorder": 2.0,
+    "zorder": 3.0,
 }
 
 
@@ -80,6 +80,7 @@ LOOKS = {
     GREY: Look(2.0, 0.0, "--", "s", 12.0),
 }
 DISC = "#bbbbbb"
+FRONT = 0.65  # of the robot's radius: how far the line to its front reaches
 EDGE = 1.5  # points: edge of a mark, and of the robot
 ROW = 0.2  # inches: a row of the legend
 STRAIGHT = 0.05  # rad/s: slower turns count as straight
@@ -212,16 +213,18 @@ def _path(axes: Axes, path: Floats, states: list[str], lanes: Mapping[str, str])
 def _robot(axes: Axes, pose: tuple[float, float, float], radius: float) -> Overlaid:
     """Draw the robot as a grey disc (m), for obstacles are hollow, with a line to its front; return its legend's mark.
 
-    Its edge is inside of it, so that a gap between it and a wall is seen.
+    Its edge is inside of it, so that a gap between it and a wall is seen; the line ends before the edge, where a cross
+    may be.
     """
     x, y, heading = pose
     disc = Circle((x, y), radius, facecolor=DISC, edgecolor=BLACK, linewidth=2 * EDGE, zorder=1.5)
     axes.add_patch(disc)
     disc.set_clip_path(disc)
-    front = [x, x + radius * np.cos(heading)], [y, y + radius * np.sin(heading)]
+    front = [x, x + FRONT * radius * np.cos(heading)], [y, y + FRONT * radius * np.sin(heading)]
     axes.plot(*front, color=BLACK, linewidth=2, solid_capstyle="butt", zorder=2.9)
     mark = Line2D([], [], marker="o", markersize=10, color=DISC, markeredgecolor=BLACK, linestyle="")
-    ahead = Line2D([], [], marker=Path([(0, 0), (1, 0)]), markersize=10, color=BLACK, markeredgewidth=2, linestyle="")
+    line = Path([(0, 0), (1, 0)])
+    ahead = Line2D([], [], marker=line, markersize=10 * FRONT, color=BLACK, markeredgewidth=2, linestyle="")
     return Overlaid((mark, ahead))
 
 

@@ -140,6 +140,30 @@ traffic._arrival.look(ros)
 print('looked')"""  # what is told of it has come to the page before this is printed
 
 
+def test_each_panel_is_opened_entered_and_left_with_the_keyboard_alone(lab, page):
+    write_greeter(lab[2] / "keys")
+    open_page(page, lab, "keys/keys.ipynb")
+    wait_for_kernel(page)
+    within = "each => each.contains(document.activeElement)"
+    notebook = page.locator(".jp-NotebookPanel:visible")
+    page.locator(".jp-Cell").first.click()
+    for name in ("Nodes", "Exercise", "Inspector", "Graph", "Robot", "Plot"):
+        page.keyboard.press("Control+Shift+C")
+        page.locator(".lm-CommandPalette-input").wait_for()
+        page.keyboard.type(f"ROS course {name}")
+        found = page.locator(".lm-CommandPalette-item.lm-mod-active .lm-CommandPalette-itemLabel")
+        expect(found).to_have_text(name)
+        page.keyboard.press("Enter")
+        panel = page.locator(".ros-Panel:focus")
+        expect(panel).to_have_attribute("aria-label", name)
+        if name == "Nodes":
+            page.keyboard.press("Tab")
+            expect(panel.get_by_role("button", name="Run the first cell")).to_be_focused()
+        page.keyboard.press("Escape")
+        expect(page.locator(".ros-Panel:focus-within")).to_have_count(0)
+        assert wait_until(lambda: notebook.evaluate(within), WAIT / 1e3), name
+
+
 @pytest.mark.matrix  # tests/browser/test_robot.py begins with a world's robot beside the notebook
 def test_when_a_world_starts_the_robot_appears_once_beside_the_notebook_which_keeps_focus_and_room(lab, page):
     page.set_viewport_size({"width": 1920, "height": 1080})

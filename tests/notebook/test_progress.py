@@ -83,8 +83,12 @@ def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(s
     folder = tmp_path / "services"
     file_record.note_checked(folder, "adder", ["a.py"], passed=not error)
     assert [part.state for part in progress(tmp_path)] == ["not yet: 1 + 2 gave 4" if error else "passed"]
-    (folder / "a.py").write_text("x = 3\n")
+    section("services", written("x = 2\n") | {"execution_count": 1}, check(count=40, outputs=error))
+    (folder / "a.py").write_text("x = 2\n")  # by its cell, in another kernel
+    file_record.note_written(folder / "a.py", b"x = 2\n")
     assert [part.state for part in progress(tmp_path)] == ["run it again: the file was written again since"]
+    (folder / "a.py").write_text("x = 3\n")  # by hand
+    assert [part.state for part in progress(tmp_path)] == ["changed since the check: a.py"]
 
 
 def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, tmp_path):

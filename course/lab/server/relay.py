@@ -58,14 +58,13 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
 
     async def _relay(self, kernel_id: str) -> None:
         with contextlib.suppress(WebSocketClosedError):
+            connected = await self._connected(kernel_id)  # a page that is loaded again does not hear "waiting" first
             while kernel_id in self.kernel_manager:
-                await self._say({"link": "waiting"})
-                while (connected := await self._connected(kernel_id)) is None:
-                    await asyncio.sleep(LOOK)
-                    if kernel_id not in self.kernel_manager:
-                        break
                 if connected is not None:
                     await self._pass_on(*connected)
+                await self._say({"link": "waiting"})
+                while (connected := await self._connected(kernel_id)) is None and kernel_id in self.kernel_manager:
+                    await asyncio.sleep(LOOK)
             self.close()
 
     async def _connected(self, kernel_id: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter] | None:

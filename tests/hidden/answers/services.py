@@ -1069,7 +1069,10 @@ WRONG = {
         relay(
             (
                 "if not self.client.service_is_ready():",
-                "self.calls = getattr(self, 'calls', 0) + self.client.service_is_ready()\n        if self.calls < 12 or not self.client.service_is_ready():",
+                (
+                    "self.calls = getattr(self, 'calls', 0) + self.client.service_is_ready()\n"
+                    "        if self.calls < 12 or not self.client.service_is_ready():"
+                ),
             ),
             (
                 "        answer = " + AWAIT,

@@ -57,6 +57,12 @@ const panels: JupyterFrontEndPlugin<void> = {
     const current = new Current(tracker, new Links(), makeRoom, () => shell?.collapseRight());
     tracker.currentChanged.connect(makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
+    document.addEventListener('keydown', event => {
+      const from = event.target instanceof Element ? event.target.closest('.ros-Panel') : null;
+      if (from && event.key === 'Escape' && !event.defaultPrevented) {
+        current.panel?.activate();
+      }
+    });
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
     const inspector = new InspectorPanel(current);

@@ -29,6 +29,7 @@ export abstract class SidePanel extends ReactWidget {
     this.title.caption = label;
     this.title.icon = icon;
     this.node.setAttribute('role', 'region');
+    this.node.tabIndex = -1; // takes the focus when it is opened, so that Tab leads to what is in it
     this.node.setAttribute('aria-label', label);
   }
 
@@ -43,6 +44,13 @@ export abstract class SidePanel extends ReactWidget {
         {this.draw()}
       </>
     ) : null;
+  }
+
+  protected onActivateRequest(message: Message): void {
+    super.onActivateRequest(message);
+    if (!this.node.contains(document.activeElement)) {
+      this.node.focus();
+    }
   }
 
   protected onAfterShow(message: Message): void {
@@ -136,7 +144,8 @@ export function FirstCell({ current, link }: { current: Current; link: Link | nu
   if (!found) {
     return null;
   }
-  const run = () => {
+  const run = (event: React.MouseEvent) => {
+    event.currentTarget.closest<HTMLElement>('.ros-Panel')?.focus(); // this button will be gone
     if (!found.first) {
       void panel.content.scrollToItem(panel.content.widgets.indexOf(found.cell)); // the reader sees what is run
     }

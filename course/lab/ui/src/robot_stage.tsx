@@ -130,7 +130,8 @@ export function Stage(props: Props): JSX.Element {
     props.state.version++;
   };
   const key = (event: React.KeyboardEvent) => {
-    if (event.key === 'Escape') {
+    if (event.key === 'Escape' && (props.dropping || ghost.current)) {
+      event.preventDefault(); // the next one leaves the panel
       ghost.current = null;
       props.cancel();
     }

@@ -408,6 +408,16 @@
   min-height: 0 !important;
 }
 
+/* A panel that was opened by keys has the focus itself. */
+.ros-Panel:focus {
+  outline: 0;
+}
+
+.ros-Panel:focus-visible {
+  outline: 2px solid var(--jp-brand-color1);
+  outline-offset: -2px;
+}
+
 /* On a phone a panel covers the notebook and the terminal, which keep their width: see PHONE in src/views.ts. */
 .ros-Panel-back {
   align-self: flex-start;
