@@ -30,6 +30,7 @@ from course.errors import HandInError, UnreadableNotebook
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
 from course.notebook.file_differences import differences, written_by
+from course.notebook.progress import unanswered
 
 RECEIPT = "receipt.json"
 NOTED, DUE, UNTIL = "course", "due", "until"  # keys in a released notebook's metadata; times in ISO 8601
@@ -58,6 +59,12 @@ class HandIn:
         """Return the exercise's files that do not exist."""
         wanted = [written_by(cell) for cell in self.cells if cell.solution and written_by(cell)]
         return [name for name in wanted if name not in self.files]
+
+    @property
+    def unanswered(self) -> str:
+        """Return a sentence that names the questions in words that have no answer, with their points; '' for none."""
+        open_ones = [f"{name} ({points:g} points)" for name, points in unanswered(self.cells).items()]
+        return f"Not answered: {' and '.join(open_ones)}." if open_ones else ""
 
     @property
     def dates(self) -> dict[str, datetime]:
@@ -103,6 +110,7 @@ class HandedIn:
     lateness: str = ""  # a sentence that says whether it is in time
     over: bool = False  # whether hand-ins have ended
     missing: tuple[str, ...] = ()  # the exercise's files that were not there
+    unanswered: str = ""  # a sentence that names the questions in words that have no answer
 
     @property
     def summary(self) -> str:
@@ -177,8 +185,8 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
     if done.checks:
         console.print(done.summary)
-    if done.lateness:
-        console.print(done.lateness)
+    for said in filter(None, (done.unanswered, done.lateness)):
+        console.print(said, markup=False)
     console.print(done.kept)
     return 0
 
@@ -210,7 +218,8 @@ def deliver(
     now = datetime.now(UTC)
     written = write(found, folder, name, checks, now)
     over = found.is_over(now)
-    return HandedIn(written, list(found.files), checks, unchecked, found.lateness(now), over, tuple(found.missing))
+    told = unchecked, found.lateness(now), over, tuple(found.missing), found.unanswered
+    return HandedIn(written, list(found.files), checks, *told)
 
 
 def read(folder: Path) -> HandIn:

@@ -151,6 +151,16 @@ def _notebooks(folder: Path) -> Iterator[Path]:
         yield folder / name / f"{name}.ipynb"
 
 
+def unanswered(known: list[Cell]) -> dict[str, float]:
+    """Return the points of each question in words, by name, that has no answer in the cells of a notebook."""
+    questions = [cell for cell in known if cell.mark.get("grade") and cell.solution]
+    return {cell.name: _points(cell) for cell in questions if not _answered(cell)}
+
+
+def _answered(question: Cell) -> bool:
+    return bool(question.source.strip()) and not any(stub in question.source for stub in STUBS)
+
+
 def _points(cell: Cell) -> float:
     points = cell.mark.get("points", 0)
     return float(points) if isinstance(points, (int, float)) else 0.0
@@ -159,7 +169,7 @@ def _points(cell: Cell) -> float:
 def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
-        return ANSWERED if cell.source.strip() and not any(stub in cell.source for stub in STUBS) else "not answered"
+        return ANSWERED if _answered(cell) else "not answered"
     if cell.count is None:
         return "not run"
     files = [name for above in before if (name := written_by(above))]

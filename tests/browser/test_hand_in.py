@@ -40,6 +40,7 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     page.get_by_text("Running the public checks").first.wait_for()
     expect(dialog).to_contain_text("✓ greets: passed")
     expect(dialog).to_contain_text("1 of 1 public checks passed.")
+    expect(dialog).to_contain_text("Not answered: why (3 points).")
     expect(dialog).to_contain_text("Packed: now give this archive to your instructor")
     with page.expect_download() as download:
         dialog.get_by_role("link", name="Download Ada_Lovelace-greeter").click()

@@ -168,7 +168,7 @@ def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the
         expect(inspector.get_by_role("button", name="Cancel the goal")).to_be_visible()
         if panel is graph:
             show_panel(page, "Graph")
-        expect(panel.get_by_role("region", name="Timeline")).to_contain_text("Waiting for action server")
+        expect(panel.get_by_role("region", name="Timeline")).to_contain_text("Waiting for the end of the goal")
         os.kill(process(page), signal.SIGKILL)
         expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
         expect(panel.get_by_role("region", name="Timeline")).to_have_count(0)

@@ -103,6 +103,17 @@ def test_a_file_that_is_missing_is_told_beside_the_check_that_its_cell_passes(fo
     assert "1 of 1 public checks passed, but client.py was not handed in." in ran.stdout
 
 
+@pytest.mark.parametrize(("answer", "told"), [("YOUR ANSWER HERE", True), ("Because it may fail.", False)])
+def test_a_question_without_an_answer_is_told(folder, answer, told):
+    read = nbformat.read(folder / "greeter.ipynb", 4)
+    mark = CHECK | {"solution": True, "locked": False, "cell_type": "markdown", "grade_id": "why", "points": 3}
+    read.cells.append(nbformat.v4.new_markdown_cell(answer, metadata={"nbgrader": mark}))
+    nbformat.write(read, folder / "greeter.ipynb")
+    ran = run(folder, "--no-check")
+    assert ran.returncode == 0, ran.stderr
+    assert ("Not answered: why (3 points)." in ran.stdout) == told
+
+
 def test_a_failed_check_is_told_and_keeps_nobody_from_handing_in(folder):
     text = (folder / "greeter.ipynb").read_text().replace("print('server')", "print('other')")
     (folder / "greeter.ipynb").write_text(text)

@@ -61,8 +61,9 @@ class HandingIn(Beside):
                     tell=lambda ran, of: tell({"ran": ran, "of": of}),
                 )
                 archive = str(Path(path).parent / done.archive.name)
-                tell({"done": {"archive": archive, "sent": hand_in.known(), "files": done.files, "checks": done.checks,
-                               "said": [*filter(None, [done.summary, done.lateness]), done.kept]}})  # fmt: skip
+                said = [*filter(None, (done.summary, done.unanswered, done.lateness)), done.kept]
+                told = {"archive": archive, "sent": hand_in.known(), "files": done.files, "checks": done.checks}
+                tell({"done": told | {"said": said}})
             except HandInError as error:
                 tell({"error": str(error)})
             finally:

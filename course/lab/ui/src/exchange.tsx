@@ -64,7 +64,7 @@ export function ExchangeView({ link, number }: { link: Link; number: string }): 
       </div>
       {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
       <div role="status">
-        {exchange?.state === 'running' && !(exchange.kind === 'topic' && exchange.cancellable) && <p>Waiting for {ENDS[exchange.kind][1]} …</p>}
+        {exchange?.state === 'running' && !(exchange.kind === 'topic' && exchange.cancellable) && <p>Waiting for {awaited(exchange)} …</p>}
         {exchange?.note && <p>{exchange.note}</p>}
         {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
         {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
@@ -90,6 +90,12 @@ export function ExchangeView({ link, number }: { link: Link; number: string }): 
       )}
     </section>
   );
+}
+
+/** Return what the exchange waits for: an accepted goal waits for its end, all else for the other side. */
+function awaited(exchange: Exchange): string {
+  const accepted = exchange.kind === 'action' && exchange.events.some(([, event]) => event === 'accepted');
+  return accepted ? 'the end of the goal' : `the ${ENDS[exchange.kind][1]}`;
 }
 
 function milliseconds(time: number): string {

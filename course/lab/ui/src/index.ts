@@ -18,7 +18,7 @@ import { NodesPanel, nodesIcon } from './nodes';
 import { PLOT_VIEW, PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
-import { addView, NARROW, PHONE } from './views';
+import { addView, NARROW, paletteClosed, PHONE } from './views';
 import { absent, front, layout, main, ways } from './ways';
 import { wrapping } from './wrapping';
 
@@ -74,8 +74,7 @@ const panels: JupyterFrontEndPlugin<void> = {
       }
       phone = window.innerWidth < PHONE;
     });
-    const show = (widget: NodesPanel | InspectorPanel) =>
-      shell?.activateById(widget.id) ?? app.shell.activateById(widget.id);
+    const show = (widget: NodesPanel | InspectorPanel) => app.shell.activateById(widget.id);
     const open: Open = (kind, name, type) => {
       if (kind === 'node') {
         nodes.choose(name);
@@ -100,7 +99,10 @@ const panels: JupyterFrontEndPlugin<void> = {
         label: widget.title.caption,
         caption: `Show the panel: ${widget.title.caption}`,
         icon,
-        execute: () => shell?.activateById(widget.id) ?? app.shell.activateById(widget.id)
+        execute: async () => {
+          await paletteClosed();
+          app.shell.activateById(widget.id);
+        }
       });
     }
     const showRobot = addView(app, tracker, restorer, shell, {

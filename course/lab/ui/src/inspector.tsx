@@ -29,7 +29,7 @@ const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
   parameter: { what: 'Set a parameter', of: 'Node', send: 'Set' }
 };
 const NOTHING: { [kind in Kind]: string } = {
-  service: 'No node offers a service.',
+  service: 'No node offers a service of its own.',
   action: 'No node offers an action.',
   topic: 'There is no topic.',
   parameter: 'No node runs.'

@@ -38,7 +38,13 @@ export abstract class SidePanel extends ReactWidget {
   protected render(): JSX.Element | null {
     return this._seen ? (
       <>
-        <button className="ros-Panel-back" onClick={this.current.back}>
+        <button
+          className="ros-Panel-back"
+          onClick={() => {
+            this.current.back();
+            this.current.panel?.activate();
+          }}
+        >
           Back to the notebook
         </button>
         {this.draw()}

@@ -242,7 +242,8 @@ function NoRobot({
   const [room, setRoom] = React.useState('hall');
   const [doing, setDoing] = React.useState(false);
   const [failed, setFailed] = React.useState('');
-  const start = async () => {
+  const start = async (event: React.MouseEvent) => {
+    event.currentTarget.closest<HTMLElement>('.ros-Panel')?.focus(); // this button will be gone
     setDoing(true);
     setFailed('');
     try {
@@ -269,7 +270,7 @@ function NoRobot({
             ))}
           </select>
         </label>
-        <button disabled={doing} onClick={() => void start()}>
+        <button disabled={doing} onClick={event => void start(event)}>
           Start a world
         </button>
       </div>

@@ -46,12 +46,13 @@ export function addView(
     label: view.label,
     caption: view.caption,
     icon: view.icon,
-    execute: () => {
+    execute: async () => {
       const panel = known();
       if (!panel.isAttached) {
         behind = isNarrow();
         put(panel, behind);
       }
+      await paletteClosed();
       app.shell.activateById(panel.id);
       fit();
     }
@@ -104,6 +105,11 @@ export function addView(
       put(known(), behind || width < TEXT.least + VIEW.least);
     }
   };
+}
+
+/** Wait until JupyterLab's palette, if a command was chosen in it, has given the focus back to where it was. */
+export function paletteClosed(): Promise<void> {
+  return new Promise(resolve => window.setTimeout(resolve, 0));
 }
 
 function isNarrow(): boolean {
