@@ -131,7 +131,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel.get_by_role("button", name="Publish", exact=True).click()
     expect(passed.get_by_role("button", name="Stop")).to_be_visible()
     show_panel(page, "Nodes")
-    page.wait_for_timeout(2500)  # the time that a panel may be out of sight
+    page.wait_for_timeout(4000)  # a panel is hidden for good after 1 s, and a publication may be unseen for 2 s
     expect(show_panel(page, "Inspector").get_by_role("region", name="Timeline")).to_contain_text("last message")
     (lab[2] / "repeated/end").touch()
 

@@ -157,6 +157,7 @@ def test_each_panel_is_opened_entered_and_left_with_the_keyboard_alone(lab, page
         panel = page.locator(f".ros-Panel[aria-label='{name}']")
         expect(panel).to_be_focused()
         if name == "Nodes":
+            expect(panel.get_by_role("button", name="Run the first cell")).to_be_visible()
             page.keyboard.press("Tab")
             expect(panel.locator(":focus")).to_have_count(1)
         page.keyboard.press("Escape")
