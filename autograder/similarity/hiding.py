@@ -6,29 +6,46 @@ from collections.abc import Sequence
 
 from autograder.suitekit.untrusted import UNREADABLE
 
-EXECUTING = {"exec", "eval"}
+EXECUTING = {"exec", "eval", "compile", "__import__", "__builtins__"}
+RUNNING = {"builtins", "code", "ctypes", "importlib", "marshal", "runpy", "subprocess"}  # modules that run other code
 ROS = "rclpy"
 
 
 def hides(nodes: Sequence[ast.AST]) -> bool:
-    """Return True if a program has no class of its own and does not import ROS 2: something else does its work.
+    """Return True if a program has no class of its own and does not use ROS 2: something else does its work.
 
-    Every program of an exercise has one of them.
+    Every program of an exercise does one of them.  What is only imported is not used.
     """
-    modules = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    modules += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
-    classes = any(isinstance(node, ast.ClassDef) for node in nodes)
-    return bool(nodes) and not classes and ROS not in {module.partition(".")[0] for module in modules}
+    names: set[str] = set()  # that stand for ROS 2, or something of it
+    for node in nodes:
+        if isinstance(node, ast.Import):
+            ros = [alias for alias in node.names if _is_ros(alias.name)]
+            names |= {alias.asname or alias.name.partition(".")[0] for alias in ros}
+        elif isinstance(node, ast.ImportFrom) and _is_ros(node.module or ""):
+            names |= {alias.asname or alias.name for alias in node.names}
+    uses = "*" in names or any(isinstance(node, ast.Name) and node.id in names for node in nodes)
+    return bool(nodes) and not uses and not any(isinstance(node, ast.ClassDef) for node in nodes)
+
+
+def _is_ros(module: str) -> bool:
+    return module.partition(".")[0] == ROS
 
 
 def may_hide(nodes: Sequence[ast.AST], size: int) -> bool:
-    """Return True if a program whose other tokens have `size` characters executes a text, or is mainly one literal."""
+    """Return True if a program whose tokens have `size` characters may run other code, or is mainly literals."""
     names = [node for node in nodes if isinstance(node, ast.Name)]
     own = {node.id for node in names if isinstance(node.ctx, ast.Store)}
-    if (EXECUTING & {node.id for node in names}) - own:
+    if (EXECUTING & {node.id for node in names}) - own or RUNNING & _modules(nodes):
         return True
     simple = [node for node in nodes if isinstance(node, ast.stmt) and not hasattr(node, "body")]
-    return any(_literals(node) > size for node in simple if not _is_docstring(node))
+    return sum(_literals(node) for node in simple if not _is_docstring(node)) > size
+
+
+def _modules(nodes: Sequence[ast.AST]) -> set[str]:
+    """Return the names of the imported packages and modules, up to the first point."""
+    names = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
+    names += [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    return {name.partition(".")[0] for name in names}
 
 
 def _is_docstring(node: ast.stmt) -> bool:

@@ -10,7 +10,7 @@ from course.foundation import storage
 from course.foundation.untrusted import one_line
 
 HIDDEN = "cannot be compared, because these files have no class and do not use rclpy: look at what they execute"
-DOUBTFUL = "compared, but these files execute a text, or are to a large part one literal: look at what it is"
+DOUBTFUL = "compared, but these files may run other code, or are mainly literals: look at what that is"
 
 
 def describe(finding: Finding) -> str:

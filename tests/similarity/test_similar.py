@@ -159,8 +159,26 @@ WAYS = {
     "an interpreter": "import code\ncode.InteractiveInterpreter().runsource(T, 'm', 'exec')\n",
     "a decorator and a class": "@exec\n@lambda f: T\nclass X:\n    pass\n",
     "a loader": "import importlib.abc\nclass L(importlib.abc.InspectLoader):\n    def get_source(self, n): return T\n",
+    "an import of ROS 2 that nothing uses": "import rclpy\ndef f(): return [each for each in T]\n",
+    "a class for show": "import subprocess, sys\nclass X: pass\nsubprocess.run([sys.executable, '-c', T])\n",
     "ROS 2 for show": "import rclpy, ctypes\nctypes.pythonapi.PyRun_SimpleString(T.encode())\n",
 }
+
+
+def test_a_text_in_many_short_literals_is_named(known):
+    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
+    packed = base64.b64encode(zlib.compress(text.encode())).decode()
+    pieces = [packed[at : at + 20] for at in range(0, len(packed), 20)]
+    lines = [*(f"p{number} = {piece!r}" for number, piece in enumerate(pieces)), "class X:\n    pass", "run = [p0, p1]"]
+    found = compare("calculator", [("ada", {file: text}), ("bob", {file: "\n".join(lines) + "\n"})], known, 5)
+    assert (found.hidden, found.doubtful) == ([], [f"bob ({file})"])
+
+
+def test_of_the_right_answers_only_those_that_execute_a_text_are_named(known):
+    right = [("reference", programs(REFERENCE)), *((name, programs(files)) for name, files in OTHERS.items())]
+    found = compare("calculator", right, known, 5)
+    executing = [f"{name} ({file})" for name, texts in right for file, text in texts.items() if "eval(" in text]
+    assert (found.hidden, found.doubtful) == ([], executing)
 
 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
