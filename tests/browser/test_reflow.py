@@ -15,7 +15,6 @@ from tests.browser.pages import (
     open_page,
     run_from_palette,
     show_panel,
-    wait_for_kernel,
     write_greeter,
 )
 
@@ -194,7 +193,7 @@ def test_robot_and_plot_come_back_beside_the_notebook_when_the_page_is_wide_agai
             expect(page.locator(f"{NOTEBOOK}:visible, {VIEWS}")).to_have_count(1)
         if front == "Plot":
             page.reload()
-            wait_for_kernel(page)
+            page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
             expect(page.locator(f"{NOTEBOOK}:visible, {VIEWS}")).to_have_count(1)
         page.set_viewport_size(WIDE)
         assert wait_until(beside, 20), front

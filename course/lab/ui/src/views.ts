@@ -46,14 +46,16 @@ export function addView(
     label: view.label,
     caption: view.caption,
     icon: view.icon,
-    execute: async () => {
+    execute: async args => {
       const panel = known();
       if (!panel.isAttached) {
         behind = isNarrow();
         put(panel, behind);
       }
-      await paletteClosed();
-      app.shell.activateById(panel.id);
+      if (!args.restored) {
+        await paletteClosed();
+        app.shell.activateById(panel.id); // takes the focus, which after a reload stays with the notebook
+      }
       fit();
     }
   });
@@ -97,7 +99,7 @@ export function addView(
     }
   };
   window.addEventListener('resize', fit);
-  void restorer?.restore(tracker, { command, name: () => view.name });
+  void restorer?.restore(tracker, { command, name: () => view.name, args: () => ({ restored: true }) });
   return () => {
     if (!tracker.currentWidget?.isAttached && notebooks.currentWidget?.isAttached) {
       behind = isNarrow();
