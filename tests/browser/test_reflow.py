@@ -8,15 +8,7 @@ from playwright.sync_api import Locator, Page, Request, expect
 
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
-from tests.browser.pages import (
-    cell,
-    choose,
-    keep_picture,
-    open_page,
-    run_from_palette,
-    show_panel,
-    write_greeter,
-)
+from tests.browser.pages import cell, choose, keep_picture, open_page, run_from_palette, show_panel, write_greeter
 
 expect.set_options(timeout=WAIT)
 
