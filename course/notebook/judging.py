@@ -114,6 +114,36 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
             raise LiveError(session.apart(end))
 
 
+def hear(kind: type[Any], topic: str, callback: Callable[..., object]) -> Subscription:
+    """Subscribe the session to `topic` for a check; what an earlier run of a check has left there is destroyed.
+
+    A check that fails leaves its subscription, and its callback would go on with the names of the next run.
+    """
+    _end(_heard, topic)
+    _heard[topic] = live().node.create_subscription(kind, topic, callback, 10)
+    return _heard[topic]
+
+
+def tell(kind: type[Any], topic: str) -> Publisher:
+    """Let the session publish on `topic` for a check, in place of what an earlier run of a check has left."""
+    _end(_telling, topic)
+    _telling[topic] = live().node.create_publisher(kind, topic, 10)
+    return _telling[topic]
+
+
+_heard: dict[str, Subscription] = {}
+_telling: dict[str, Publisher] = {}
+
+
+def _end(left: "dict[str, Subscription] | dict[str, Publisher]", topic: str) -> None:
+    """Destroy the end that a check has left for this topic, unless it was, or belongs to a session that has ended."""
+    end, node = left.pop(topic, None), live().node
+    if isinstance(end, Subscription) and end in node.subscriptions:
+        node.destroy_subscription(end)
+    elif isinstance(end, Publisher) and end in node.publishers:
+        node.destroy_publisher(end)
+
+
 def _other_end(end: Publisher | Subscription | ActionClient) -> tuple[Callable[[], object], str, str]:
     """Return a function that tells whether `end` is matched, what makes its other end, and the name."""
     if isinstance(end, ActionClient):
