@@ -2,6 +2,15 @@
 
 HIDDEN_PREFIX = "_"
 PARAMETERS_OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
+SERVICES_OF_EVERY_NODE = {
+    "describe_parameters",
+    "get_parameter_types",
+    "get_parameters",
+    "get_type_description",
+    "list_parameters",
+    "set_parameters",
+    "set_parameters_atomically",
+}
 SEND = "/_action/send_goal"  # a service of every action server
 OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 

@@ -235,6 +235,8 @@ def of_exception(
     if not frames and silent and last in NO_RESPONSE:
         why = f"The service callback '{silent[0].__name__}' returns nothing: end it with `return response`."
         frames = (_defined_at(silent[0]),)
+    if not frames and source == cell and last in NO_RESPONSE and (wrong := wrong_return(source)):
+        frames = (frame_at("the cell", wrong[1], source),)
     if not frames and (callback := _pre_set(error.__traceback__)):
         why, frames = NO_LIST.format(callback.__name__), (_defined_at(callback),)
     return FailureReport(who, doing or "raised an exception in a callback", last, frames, why)

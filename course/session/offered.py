@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from course.ros.names import SERVICES_OF_EVERY_NODE
 from course.session.node_process import NodeProcess
 from course.session.source import argument, calls, name_of, parse
 from course.session.watch import Handle
@@ -20,25 +21,13 @@ MAKERS = {
 }
 
 
-# The services of every node, which no program makes by `create_service`.
-OF_A_NODE = {
-    "describe_parameters",
-    "get_parameter_types",
-    "get_parameters",
-    "get_type_description",
-    "list_parameters",
-    "set_parameters",
-    "set_parameters_atomically",
-}
-
-
 def may_serve(source: str, service: str) -> bool:
     """Return False if a program's text shows that it cannot serve `service`: it makes others, or no node of that name.
 
     The text of a node may be unknown (''): it may serve anything.
     """
     node, _, last = service.rpartition("/")
-    if last in OF_A_NODE:
+    if last in SERVICES_OF_EVERY_NODE:
         return not source or node.rpartition("/")[2] in source
     if source and not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source)):
         return False

@@ -372,10 +372,36 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
             return function.name, (bare or [function.lineno])[0], ""
         request = "".join(each.arg for each in function.args.args[-2:-1] if each.arg != "self")
         for value in returned:
-            other = isinstance(value, (ast.Attribute, ast.Constant, ast.BinOp)) and name_of(value) != response
-            if other or (isinstance(value, ast.Name) and value.id == request):
+            other = _is_no_response(value) and name_of(value) != response
+            kept = isinstance(value, ast.Name) and value.id != response and _holds_no_response(function, value.id)
+            if other or kept or (isinstance(value, ast.Name) and value.id == request):
                 return function.name, value.lineno, ast.unparse(value)
     return None
+
+
+NO_RESPONSES = (  # expressions whose value is no response
+    *(ast.Attribute, ast.Constant, ast.BinOp, ast.Compare, ast.JoinedStr, ast.UnaryOp),
+    *(ast.Dict, ast.DictComp, ast.List, ast.ListComp, ast.Set, ast.SetComp, ast.Tuple, ast.GeneratorExp),
+)
+OF_PYTHON = ("bool", "dict", "float", "int", "list", "set", "str", "tuple")
+OTHER_PARTS = ("Request", "Goal", "Result", "Feedback")  # of an interface
+
+
+def _is_no_response(value: ast.expr) -> bool:
+    if isinstance(value, ast.Call):
+        made = isinstance(value.func, ast.Name) and value.func.id in OF_PYTHON
+        return made or (isinstance(value.func, ast.Attribute) and value.func.attr in OTHER_PARTS)
+    return isinstance(value, NO_RESPONSES)
+
+
+def _holds_no_response(function: ast.AST, name: str) -> bool:
+    """Return True if all that a function assigns to a name is no response."""
+    stored = [node for node in ast.walk(function) if isinstance(node, ast.Name) and node.id == name
+              and isinstance(node.ctx, ast.Store)]  # fmt: skip
+    given = [node.value for node in ast.walk(function) if isinstance(node, ast.Assign)
+             for target in node.targets if isinstance(target, ast.Name) and target.id == name]  # fmt: skip
+    plain = all(_is_no_response(value) and not isinstance(value, ast.Attribute) for value in given)
+    return bool(given) and len(given) == len(stored) and plain
 
 
 def defined(error: str, source: str) -> tuple[str, int] | None:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 
 from course.errors import NodeFailed
 from course.registry import told_elsewhere
+from course.ros.names import SERVICES_OF_EVERY_NODE
 from course.session.failure_report import FailureReport
 from course.session.live_node import LiveNode
 from course.session.node_process import NodeProcess
@@ -36,11 +37,15 @@ class Watch:
     def reason(self, service: str, meant: Callable[[Handle], bool], *, again: bool = False) -> FailureReport | None:
         """Return the failure that left `service` without a server, and mark it as told; with `again`, also a told one.
 
-        A node that is not known to have served anything counts, too, if it may have been `meant` to serve this.
+        A node that is not known to have served anything counts, too, if it may have been `meant` to serve this.  The
+        services of a program become known one by one, those that every node has first.
         """
         reports = self._all() if again else self._untold()
         for handle, number, report in reversed(list(reports)):
-            if service in handle.services if handle.services else meant(handle):
+            known = {*handle.services}
+            if isinstance(handle, NodeProcess):
+                known = {name for name in known if name.rpartition("/")[2] not in SERVICES_OF_EVERY_NODE}
+            if service in handle.services or (not known and meant(handle)):
                 self._tell(handle, number)
                 return report
         return None

@@ -115,6 +115,16 @@ def test_a_callback_that_ends_the_program_or_raises_in_a_thread_is_told_at_once(
     assert f"server.py, line 16, in ask\n    {body}" in str(told.value)
 
 
+def test_a_server_that_dies_before_its_service_was_listed_is_the_answer(session, tmp_path):
+    """The graph lists the services of a node one by one: those that every node has come first."""
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body="return {'success': True}", spin=SPIN, call="main()"))
+    process = session.start(file)
+    process.services = {"/server/list_parameters"}
+    with pytest.raises(NodeFailed, match="TypeError\n.*line 16\n.*return {'success': True}\nHint: The service"):
+        session.call("/ask", Trigger, timeout=20.0)
+
+
 def test_a_callback_that_may_answer_in_time_is_waited_for(session, tmp_path, monkeypatch):
     monkeypatch.setattr(patience, "FIRST", 2)
     monkeypatch.setattr(patience, "AGAIN", 2)

@@ -547,6 +547,32 @@ def test_what_a_callback_returns_in_the_place_of_its_response():
     assert source.wrong_return(text.replace("return response", "pass")) == ("ask", 8, "")
 
 
+@pytest.mark.parametrize(
+    "returned",
+    ["{'success': True}", "dict(success=True)", "(True, response.message)", "True", "request.data > 3", "None",
+     "f'{request.data}'", "SetBool.Request()", "not request.data", "answer"],
+)  # fmt: skip
+def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
+    text = SERVER.format(define="def", body="answer = dict(success=True)", options="")
+    text = text.replace("return response", f"return {returned}")
+    assert source.wrong_return(text) == ("ask", 10, returned)
+    path = tmp_path / "server.py"
+    path.write_text(text)
+    report = failure_report.of_program(path, "Traceback (most recent call last):\nTypeError\n", 1)
+    assert [(frame.line, frame.code) for frame in report.frames] == [(10, f"return {returned}")]
+    why = f"The service callback 'ask' returns `{returned}`, not the response: end it with `return response`."
+    assert report.hint == why
+    in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
+    assert (in_a_cell.frames[-1].line, in_a_cell.hint) == (10, why)
+
+
+@pytest.mark.parametrize("returned", ["self.filled(response)", "answer", "response if request.data else other"])
+def test_what_may_be_the_response_is_not_named(returned):
+    body = "answer = response; answer = dict(success=True)" if returned == "answer" else "pass"
+    text = SERVER.format(define="def", body=body, options="").replace("return response", f"return {returned}")
+    assert source.wrong_return(text) is None
+
+
 def test_the_function_that_ends_a_server():
     assert source.exits("def main():\n    sys.exit(1)") == ""
     assert source.exits("def ask():\n    sys.exit(1)") == source.exits("def ask():\n    raise SystemExit") == "ask"
