@@ -114,7 +114,7 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
             raise LiveError(session.apart(end))
 
 
-def hear(kind: type[Any], topic: str, callback: Callable[..., object]) -> Subscription:
+def hear(kind: type[Any], topic: str, callback: Callable[..., None]) -> Subscription:
     """Subscribe the session to `topic` for a check; what an earlier run of a check has left there is destroyed.
 
     A check that fails leaves its subscription, and its callback would go on with the names of the next run.

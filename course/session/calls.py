@@ -14,7 +14,7 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
-from course.ros.names import OF_EVERY_NODE, SEND, base, full, type_name
+from course.ros.names import OF_EVERY_NODE, SEND, SERVICES_OF_EVERY_NODE, base, full, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
 from course.session.guards import say
 from course.session.interface_usage import is_of
@@ -373,8 +373,30 @@ class Calls:
     def _never(self, client: Client) -> str:
         """Return why a client finds no server, if the text of no running program can create one; '' otherwise."""
         of_every_node = type_name(cast(type, client.srv_type)).startswith(OF_EVERY_NODE)
-        never = not of_every_node and none_will_offer(self._handles, "create_service", client.service_name)
-        return self.apart(client) if never else ""
+        never = none_will_offer(self._handles, "create_service", client.service_name)
+        if of_every_node or not (never or self._makes_none(client.service_name)):
+            return ""
+        return self.apart(client)
+
+    def _without_service(self, name: str) -> list[NodeProcess]:
+        """Return the running programs that may make the service `name` by their text, and have none of their own.
+
+        The services that every node has are there: the graph has learnt of the node's.
+        """
+        found = []
+        for each in self._beginners("create_service", name):
+            own: set[str] = set()
+            for node in each.nodes:
+                with contextlib.suppress(NodeNameNonExistentError):
+                    own |= {known for known, _ in self.node.get_service_names_and_types_by_node(*split(node))}
+            if own and all(known.rpartition("/")[2] in SERVICES_OF_EVERY_NODE for known in own):
+                found.append(each)
+        return found
+
+    def _makes_none(self, name: str) -> bool:
+        """Return True if all programs that may make the service `name` wait to be asked, and have made none."""
+        idle = self._without_service(name)
+        return bool(idle) and idle == self._beginners("create_service", name) and all(map(NodeProcess.is_at_rest, idle))
 
     def _servers_here(self) -> list[tuple[str, list[str]]]:
         """Return the names and types of the services that nodes serve, without what only clients ask for."""
@@ -404,9 +426,10 @@ class Calls:
             return unfit
         listed = ", ".join(sorted(served)[:LISTED])
         at = self.beginning("create_service", client.service_name)
-        if served:
+        idle = [each.name for each in self._without_service(client.service_name)]
+        if served and not idle:
             return f"Served here: {listed}.{at}"
-        running = [name for name, handle in list(self._handles.items()) if handle.alive]
+        running = idle or [name for name, handle in list(self._handles.items()) if handle.alive]
         if running:
             return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?{at}"
         return "There are no services here: has the node been started?"

@@ -249,6 +249,44 @@ def test_a_call_to_a_node_that_has_created_no_service_names_the_node(session):
         session.call("/ask", Trigger, timeout=0.5)
 
 
+@pytest.mark.parametrize("others", [True, False])
+def test_a_program_that_has_created_no_service_is_named_soon(session, tmp_path, others):
+    """Also while another node serves something; and that one is not offered as if it were meant."""
+    if others:
+        session.start(Asking)
+    file = tmp_path / "motor.py"
+    file.write_text(
+        "import rclpy\nfrom rclpy.node import Node\nfrom std_srvs.srv import Trigger\n\n\nclass Motor(Node):\n"
+        "    def __init__(self):\n        super().__init__('motor')\n\n    def setup(self):\n"
+        "        self.create_service(Trigger, '/motor', print)\n\n\nrclpy.init()\nrclpy.spin(Motor())\n"
+    )
+    session.start(file)
+    began = time.monotonic()
+    with pytest.raises(CallTimeout) as told:
+        session.call("/motor", Trigger, timeout=9.0)
+    assert time.monotonic() - began < 4.0
+    assert str(told.value).endswith("motor.py: running, but without any service. Is `create_service(...)` reached?")
+
+
+def test_a_program_that_creates_its_service_later_is_waited_for(session, tmp_path):
+    file = tmp_path / "motor.py"
+    file.write_text(
+        "import rclpy\nfrom std_srvs.srv import Trigger\nrclpy.init()\nnode = rclpy.create_node('motor')\n"
+        "node.create_timer(2.0, lambda: node.create_service(Trigger, '/motor', lambda asked, answer: answer))\n"
+        "rclpy.spin(node)\n"
+    )
+    session.start(file)
+    session.call("/motor", Trigger, timeout=9.0)
+
+
+class Asking(Node):
+    """A node that serves something else."""
+
+    def __init__(self):
+        super().__init__("asking")
+        self.create_service(Trigger, "/camera", print)
+
+
 def test_a_service_of_another_type_is_told_before_the_time_is_over(session, tmp_path):
     file = tmp_path / "server.py"
     file.write_text(
