@@ -252,6 +252,8 @@ def hint_on(error: Exception) -> str:
     """Return the hint on an error in a cell's own code, as a line; '' for none."""
     frames = _own_frames(error.__traceback__)
     last = "".join(traceback.format_exception_only(error)).strip()
+    if "\nHint: " in last:  # of a program or a node that it tells of
+        return ""
     why = IN_A_CELL if isinstance(error, NotInitializedException) else ""
     why = GONE if isinstance(error, InvalidHandle) else why
     why = why or other_type(error) or _hint(last, _source(error.__traceback__), frames)

@@ -30,6 +30,7 @@ from course.session.mixups import (
     method_for_result,
     no_result_yet,
     not_a_future,
+    outside_of_functions,
     parameter_counts,
     returned_nothing,
     session_overwritten,
@@ -37,6 +38,8 @@ from course.session.mixups import (
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
 from course.session.slips import methods_asked
 from course.session.source import (
+    CALLBACKS,
+    argument,
     called_callback,
     calls,
     functions,
@@ -189,7 +192,7 @@ OF_A_GOAL_HANDLE = (
 def _has_fields(what: str, fields: list[str], name: str) -> str:
     if not fields:
         return f"{what} has no field '{name}': compare the spelling with the definition."
-    near = difflib.get_close_matches(name, fields, 1, 0.5)
+    near = difflib.get_close_matches(name, fields, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
     listed = f"fields {', '.join(fields)}" if len(fields) > 1 else f"one field {fields[0]}"
     return f"{what} has the {listed}.{meant}"
@@ -218,7 +221,7 @@ def _fields(message: str, part: str, source: str) -> list[str]:
 def _wrong_type(found: re.Match[str], source: str) -> str:
     field, kind = found[1], found[2]
     examples = {
-        "float": "a float, such as 3.0, not an int or a NumPy number: convert it with `float(...)`",
+        "float": "a float, such as 3.0, not an int, a NumPy number or None: convert a number with `float(...)`",
         "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
         "str": "a string: use `str(...)` or an f-string",
         "bool": "True or False: convert it with `bool(...)`",
@@ -309,8 +312,16 @@ def _not_callable(found: re.Match[str], source: str) -> str:
 
 
 def _wrong_callback(found: re.Match[str], source: str) -> str:
-    if hidden_method(source):
+    if hidden_method(source) or called_callback(source):
         return _not_callable(found, source)
+    for call in calls(parse(source), "create_subscription"):
+        given = argument(call, *CALLBACKS["create_subscription"])
+        if isinstance(given, ast.Call) and name_of(given.func) != "partial":
+            called_at_once, function = ast.unparse(given), ast.unparse(given.func)
+            return (
+                f"`{called_at_once}` is called at once, and the subscription gets what it returns. Pass the function "
+                f"itself, `{function}`, or `lambda msg: {called_at_once}`."
+            )
     return "The callback of a subscription must take the message: `(self, msg)`."
 
 
@@ -508,7 +519,7 @@ def _future(found: re.Match[str], source: str) -> str:
 
 def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line outside of functions in a cell that uses the session, where waiting is allowed."""
-    if code and re.search(r"\bros\.\w", source) and re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE):
+    if code and outside_of_functions(code, source):
         return "`..._async(...)` returns a future, not the answer: wait for it, as in `ros.wait(future)`."
     return ""
 
@@ -577,11 +588,27 @@ def _parameters(function: object) -> int:
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
     key = found[1]
     if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
+        if _of_a_request(named[1], code, source):
+            return (
+                f"`{named[1]}` has only the parameters of this request, and '{key}' is not among them: a request may "
+                f"set some and not others. Take its stored value then: `{named[1]}.get('{key}', ...)`."
+            )
         return (
             f"`{named[1]}` has no key '{key}'. Compare the spelling with the line that creates the dict; "
             f"`print({named[1]})` shows its keys."
         )
     return ""
+
+
+def _of_a_request(name: str, code: str, source: str) -> bool:
+    """Return True if the line is in a parameter callback that makes the dict `name` of what it is given."""
+    tree = parse(source)
+    for function in functions(tree):
+        text = ast.get_source_segment(source, function) or ""
+        for node in ast.walk(function) if function.name in parameter_callbacks(tree) and code in text else ():
+            if isinstance(node, ast.Assign) and name in map(name_of, node.targets):
+                return isinstance(node.value, (ast.DictComp, ast.Call))  # and not written out
+    return False
 
 
 def _divisor(found: re.Match[str], source: str) -> str:
@@ -819,8 +846,18 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says(OF_A_PARAMETER),
     ),
     (
-        r"min\(\) (?:arg|iterable argument) is (?:an )?empty|zero-size array to reduction operation",
-        _says("There are no values to choose from. Give a default: `min(values, default=math.inf)`."),
+        r"zero-size array to reduction operation f?(min|max)imum",
+        lambda found, source: (
+            "There are no values to choose from. Give NumPy a value to begin with: "
+            f"`values.{found[1]}(initial={'-' * (found[1] == 'max')}np.inf)`."
+        ),
+    ),
+    (
+        r"(min|max)\(\) (?:arg|iterable argument) is (?:an )?empty",
+        lambda found, source: (
+            "There are no values to choose from. Give a default: "
+            f"`{found[1]}(values, default={'-' * (found[1] == 'max')}math.inf)`."
+        ),
     ),
     (r"'property' object is not iterable|has no attribute 'executor'", _class_for_node),
     (r"Subscription\.__init__\(\): callback should", _wrong_callback),

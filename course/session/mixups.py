@@ -58,7 +58,7 @@ def method_for_result(found: re.Match[str], source: str, code: str) -> str:
         if isinstance(base, ast.Attribute) and base.attr == "result" and (sent := _future(base.value, source)):
             return (
                 f"`{sent}` returns a future, not the answer: wait for it, as in `ros.wait(...)`."
-                if (re.search(r"\bros\.\w", source))
+                if re.search(r"\bros\.\w", source) or outside_of_functions(code, source)
                 else f"`{sent}` returns a future, not the answer: spin until it is done, then take `future.result()`."
             )
         given = list(_assigned(base, source))
@@ -118,10 +118,14 @@ def parameter_counts(cls: str, method: str, source: str) -> Iterator[int]:
 
 def no_result_yet(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on the result of a future that is not done, in a cell's line outside of functions."""
-    outside = re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE)
-    if not outside or not re.search(r"\.result\(\)\.\w", code) or "rclpy.init(" in source:
+    if not outside_of_functions(code, source) or not re.search(r"\.result\(\)\.\w", code):
         return ""
     return "The future is not done yet, so its result is None. `ros.wait(future)` waits for it and returns its result."
+
+
+def outside_of_functions(code: str, source: str) -> bool:
+    """Return True if a line is one of a cell, outside of functions, where a cell may wait."""
+    return re.search(rf"^{re.escape(code)}\s*$", source, re.MULTILINE) is not None and "rclpy.init(" not in source
 
 
 def not_a_future(found: re.Match[str], source: str) -> str:

@@ -249,6 +249,57 @@ def after(self, params):
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
         ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
         ("KeyError: 'front'", "", "", ""),
+        ("KeyError: 'full'", "new = {'ful': 1}\nnew['full']", "new['full']", "Compare the spelling with the line"),
+        (
+            "KeyError: 'full'",
+            (
+                "self.add_on_set_parameters_callback(self.check)\ndef check(self, params):\n"
+                "    new = {each.name: each.value for each in params}\n    if new['full'] < new['low']:\n        pass\n"
+            ),
+            "if new['full'] < new['low']:",
+            "`new` has only the parameters of this request, and 'full' is not among them",
+        ),
+        (
+            "ValueError: zero-size array to reduction operation minimum which has no identity",
+            "",
+            "float(seen.min())",
+            "`values.min(initial=np.inf)`",
+        ),
+        ("ValueError: zero-size array to reduction operation maximum which", "", "", "max(initial=-np.inf)`"),
+        ("ValueError: max() iterable argument is empty", "", "max(seen)", "`max(values, default=-math.inf)`"),
+        (
+            "AssertionError: The 'result' field must be of type 'float'",
+            "",
+            "response.result = None",
+            "not an int, a NumPy number or None: convert a number with `float(...)`",
+        ),
+        (
+            "AttributeError: 'method' object has no attribute 'sequence'",
+            "end = handle.get_result_async()\nprint(end.result.sequence)\n",
+            "print(end.result.sequence)",
+            "wait for it, as in `ros.wait(...)`.",
+        ),
+        (
+            "AttributeError: 'method' object has no attribute 'sequence'",
+            "import rclpy\nrclpy.init()\nend = handle.get_result_async()\nprint(end.result.sequence)\n",
+            "print(end.result.sequence)",
+            "spin until it is done",
+        ),
+        (
+            "RuntimeError: Subscription.__init__(): callback should be either be callable with one argument",
+            "ros.node.create_subscription(LaserScan, 'scan', scans.append(1), 10)\n",
+            "ros.node.create_subscription(LaserScan, 'scan', scans.append(1), 10)",
+            (
+                "`scans.append(1)` is called at once, and the subscription gets what it returns. Pass the function "
+                "itself, `scans.append`, or `lambda msg: scans.append(1)`."
+            ),
+        ),
+        (
+            "RuntimeError: Subscription.__init__(): callback should be either be callable with one argument",
+            "self.create_subscription(LaserScan, 'scan', self.look, 10)\n",
+            "",
+            "The callback of a subscription must take the message: `(self, msg)`.",
+        ),
         (
             "ModuleNotFoundError: No module named 'example_interfaces.srvs'",
             "from example_interfaces.srvs import AddTwoInts",
@@ -852,6 +903,20 @@ def test_where_a_program_is_may_be_in_another_file_beside_it(tmp_path):
 def test_a_name_that_a_module_has_nearly_is_named():
     said = hint("ImportError: cannot import name 'timelin' from 'course.figures' (/course/figures/__init__.py)")
     assert said == "course.figures has no timelin. Did you mean `timeline`?"
+
+
+def test_a_hint_that_an_error_tells_already_is_not_told_again():
+    said = "while the client ran: calculator_client.py ended: ZeroDivisionError: division by zero\n{}"
+    assert failure_report.hint_on(AssertionError(said.format("Hint: Check the divisor."))) == ""
+    assert "divisor" in failure_report.hint_on(ZeroDivisionError("division by zero"))
+
+
+def test_a_guess_is_made_only_for_a_name_that_is_alike():
+    text = "from rcl_interfaces.srv import SetParameters\nfrom std_srvs.srv import Trigger"
+    told = hint("AttributeError: 'Trigger_Response' object has no attribute 'mesage'", text)
+    assert told == "The response of Trigger has the fields success, message. Did you mean `message`?"
+    told = hint("AttributeError: 'SetParameters_Response' object has no attribute 'reason'", text)
+    assert told == "The response of SetParameters has the one field results."
 
 
 def test_a_dict_inside_the_course_has_no_hint_on_the_readers_line():
