@@ -25,7 +25,7 @@ from rclpy.task import Future
 
 from course.errors import CourseError, NodeFailed
 from course.foundation.calls import fitting, is_whole, takes
-from course.foundation.waiting import Lasting, ask_lookouts, time_limit, wait_until
+from course.foundation.waiting import Lasting, ask_lookouts, tellers, time_limit, wait_until
 from course.ros.rclpy_internals import (
     InvalidHandle,
     RCLError,
@@ -337,7 +337,10 @@ class GoalRecorder(Recorder):
 
     @fitting
     def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
-        """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer."""
+        """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer.
+
+        The reader is told of the latter.
+        """
         if not is_whole(count):
             raise CourseError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
         self._expect_goal()
@@ -348,7 +351,15 @@ class GoalRecorder(Recorder):
 
         if not self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout):
             return False
-        return self.wait_for(there, min(time_limit(timeout), LAST))
+        if self.wait_for(there, min(time_limit(timeout), LAST)):
+            return True
+        came = self.count("feedback")
+        for tell in tellers:
+            tell(
+                f"This goal has ended as {self._end()}, after {came} feedback message{'s' * (came != 1)}: "
+                f"wait_feedback({count}) waits for no more."
+            )
+        return False
 
     @property
     def feedback(self) -> list[Any]:

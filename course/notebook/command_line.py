@@ -7,6 +7,7 @@ from course.session.failure_report import frame_at, text_at
 from course.session.source import calls, functions, name_of, parse
 
 EXITS = ("exit", "_exit", "SystemExit")
+NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Name, ast.Subscript)  # values that may be no status
 
 
 def lost_status(file: str, status: int) -> str:
@@ -24,6 +25,26 @@ def lost_status(file: str, status: int) -> str:
             return (
                 f"\n{frame_at(file, call.lineno, source)}\nThis drops what main() returns, and the exit status is 0: "
                 "write `sys.exit(main())`."
+            )
+    return ""
+
+
+def printed_status(file: str, output: str, status: int) -> str:
+    """Return lines about what main() returns in place of a status, which `sys.exit` may print; '' otherwise.
+
+    `output` and `status` are those of the program; a status of 0 is wanted.
+    """
+    source = text_at(Path(file))
+    tree = parse(source)
+    main = next((each for each in functions(tree) if each.name == "main"), None)
+    given = [name_of(getattr(each, "func", None)) for name in EXITS for call in calls(tree, name) for each in call.args]
+    if status != 1 or main is None or "main" not in given or "Traceback" in output:
+        return ""
+    for node in ast.walk(main):
+        if isinstance(node, ast.Return) and isinstance(node.value, NO_STATUS):
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status: `sys.exit` prints "
+                "anything but a whole number, and ends with 1. After a success, return 0."
             )
     return ""
 

@@ -127,6 +127,11 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
     newer = changed > notebook.stat().st_mtime
     if content == written or (newer and content == _written.get(file.resolve())):
         return ""
+    if why := refusal_of(file):
+        first = why.partition("\n")[0]
+        return (
+            f"{file.name} is not what its cell says: the last run of the cell was refused, and wrote nothing: {first}"
+        )
     if newer:
         return (
             f"{file.name} differs from its cell in the saved notebook, and is newer: save the notebook, or copy your "

@@ -466,6 +466,15 @@ def _no_instance(found: re.Match[str], source: str, code: str) -> str:
     return f"Create a {part.lower()}: `{name[1] if name else 'TheType'}.{part}(...)`."
 
 
+def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the name of a check without its quotation marks: `course.check(lift-server)`."""
+    named = re.search(r"\bcourse\.check\(\s*([A-Za-z_]\w*(?:\s*-\s*\w+)*)\s*\)", code)
+    if not named or found[1] not in re.split(r"\s*-\s*", named[1]):
+        return ""
+    name = re.sub(r"\s", "", named[1])
+    return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
+
+
 def _own_attribute(found: re.Match[str], source: str) -> str:
     name = found[1]
     if name == "ros" and "rclpy.init(" in source:
@@ -525,6 +534,13 @@ def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _by_name(found: re.Match[str], source: str) -> str:
+    used = getattr(sys.modules.get("__main__"), "Parameter", None)
+    imported = re.search(r"from rcl_interfaces\.msg import (?:\*|.*\bParameter\b)", source)
+    if found[1] == "Parameter" and (imported or getattr(used, "__module__", "").startswith("rcl_interfaces.")):
+        return (
+            "`Parameter` is the message of rcl_interfaces.msg here, which hides rclpy's class of that name: import "
+            "from there only what you need, without `*`, and then `from rclpy.parameter import Parameter`."
+        )
     if fields := _fields(found[1], "", source):
         return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
     return ""
@@ -797,6 +813,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         ),
     ),
     (
+        r"First element .* at index 0 in parameters list is not a str",
+        _says("The name of the parameter comes first, then its default: `self.declare_parameter('max_speed', 1.5)`."),
+    ),
+    (
         r"type must be an instance of '<enum 'Type'>'",
         _says("The second argument of `Parameter` is its type. Pass the value by name: `Parameter('x', value=2.0)`."),
     ),
@@ -914,6 +934,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"^NameError: name '(\w+)' is not defined", _name_of_a_check),
     (NO_TEXT, _sent),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),

@@ -99,12 +99,14 @@ def test_a_cancelled_and_a_rejected_goal_end_as_such(fibonacci):
     assert GoalRecorder(fibonacci).send(Fibonacci.Goal(order=-1)).wait_end() == "rejected"
 
 
-def test_a_wait_for_feedback_is_over_soon_after_the_end_of_the_goal(fibonacci):
+def test_a_wait_for_feedback_is_over_soon_after_the_end_of_the_goal(fibonacci, capsys):
     goal = GoalRecorder(fibonacci).send(Fibonacci.Goal(order=3))
     began = time.monotonic()
     assert not goal.wait_feedback(10, timeout=30.0)
     assert goal.wait_end() == "succeeded"
     assert time.monotonic() - began < 15.0
+    said = "This goal has ended as succeeded, after 3 feedback messages: wait_feedback(10) waits for no more."
+    assert said in capsys.readouterr().err
 
 
 def test_a_cancel_of_a_goal_that_was_never_sent_says_so(fibonacci):

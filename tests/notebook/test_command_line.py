@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.notebook.command_line import kept_name, lost_status
+from course.notebook.command_line import kept_name, lost_status, printed_status
 from tests.mistakes import SOLUTIONS
 
 CLIENTS = [SOLUTIONS / "calculator" / "calculator_client.py", SOLUTIONS / "actions" / "lift_client.py"]
@@ -28,6 +28,24 @@ def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "client.py").write_text(f"def main():\n    {main}\n\n{end}\n")
     assert lost_status("client.py", 0).startswith(says) and bool(lost_status("client.py", 0)) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("main", "end", "output", "says"),
+    [
+        ("return response.result", "sys.exit(main())", "18.7\n", True),
+        ("return outcome", "raise SystemExit(main())", "SUCCEEDED\n", True),
+        ("return outcome", "sys.exit(main())", "Traceback (most recent call last):\n", False),
+        ("return 0 if outcome else 1", "sys.exit(main())", "", False),
+        ("return outcome", "main()", "", False),
+    ],
+)
+def test_a_result_in_place_of_the_status(tmp_path, monkeypatch, main, end, output, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"def main():\n    {main}\n\n{end}\n")
+    told = printed_status("client.py", output, 1)
+    assert told.startswith(f"\n  client.py, line 2\n    {main}\nWhat main() returns is the exit status") == says
+    assert bool(told) == says and printed_status("client.py", output, 0) == ""
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from course.notebook.file_differences import (
     difference_of,
     differences,
     remember,
+    remember_refused,
     unlike,
 )
 
@@ -58,6 +59,19 @@ def test_a_cell_that_was_edited_and_not_run(folder):
     assert differences(folder)["server.py"].startswith(
         "server.py differs from its cell: since the cell was run, the cell or the file was edited."
     )
+
+
+def test_a_cell_that_was_refused(folder):
+    """Nothing was edited since, and running the cell again would not replace the file."""
+    age(folder / "Ask.srv", 60)
+    (folder / "section.ipynb").write_text((folder / "section.ipynb").read_text().replace("int32 a", "int32 a, b"))
+    remember_refused(folder / "Ask.srv", "Ask.srv, line 1: only one field per line\nint32 a, b")
+    assert differences(folder)["Ask.srv"] == (
+        "Ask.srv is not what its cell says: the last run of the cell was refused, and wrote nothing: Ask.srv, line 1: "
+        "only one field per line"
+    )
+    remember(folder / "Ask.srv", "int32 b\n---\n")
+    assert "was refused" not in differences(folder)["Ask.srv"]
 
 
 def test_a_file_that_was_deleted(folder):

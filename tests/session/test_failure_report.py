@@ -249,6 +249,25 @@ def after(self, params):
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
         ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
         ("KeyError: 'front'", "", "", ""),
+        (
+            "TypeError: First element 1.5 at index 0 in parameters list is not a str.",
+            "",
+            "self.declare_parameter(1.5, 'max_speed')",
+            "The name of the parameter comes first, then its default",
+        ),
+        (
+            "TypeError: Parameter.__init__() takes 1 positional argument but 2 were given",
+            "from rclpy.parameter import Parameter\nfrom rcl_interfaces.msg import *\n",
+            "Parameter('low', value=2.0)",
+            "`Parameter` is the message of rcl_interfaces.msg here",
+        ),
+        (
+            "NameError: name 'calculator' is not defined",
+            "course.check(calculator-server)\n",
+            "course.check(calculator-server)",
+            "in quotation marks: `course.check('calculator-server')`.",
+        ),
+        ("NameError: name 'calculator' is not defined", "", "course.check(name, calculator)", ""),
         ("KeyError: 'full'", "new = {'ful': 1}\nnew['full']", "new['full']", "Compare the spelling with the line"),
         (
             "KeyError: 'full'",
