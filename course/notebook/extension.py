@@ -7,6 +7,7 @@ IPython loads it by the environment's configuration (written by environment/inst
 import os
 import re
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,9 +22,11 @@ from course.session.slips import slips
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
 LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
+NEXT = 1.0  # s to the second look at a cell that may be in a loop
 FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
 
 _began = [0.0]  # when the last cell began, s
+_looking = [threading.Event()]  # set when the last cell is over
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -133,14 +136,28 @@ def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
 
 
 def _news_before(*_: Any) -> None:
-    """Report, before a cell runs, nodes that have died since the last one."""
+    """Report, before a cell runs, nodes that have died since the last one; look for a loop while it runs."""
     _began[0] = time.monotonic()
+    _looking[0].set()
+    _looking[0] = threading.Event()
+    args = (_looking[0], threading.get_ident(), _began[0])
+    threading.Thread(target=_look_for_a_loop, args=args, name="looks for a loop", daemon=True).start()
     for text in _pending():
         print(text, file=sys.stderr)
 
 
+def _look_for_a_loop(over: threading.Event, thread: int, began: float) -> None:
+    """Tell the reader of a loop in which the cell of this thread is at two looks, unless the cell is over."""
+    loop = None
+    for seconds in (LATE, NEXT):
+        if over.wait(seconds) or (session := _session()) is None:
+            return
+        loop = session.tell_of_a_loop(thread, time.monotonic() - began, loop)
+
+
 def _news_after(result: Any, *_: Any) -> None:
     """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has run."""
+    _looking[0].set()
     if result.error_before_exec is None:
         _note_check(str(result.info.raw_cell or ""), passed=bool(result.success))
     if isinstance(result.error_before_exec, SyntaxError):

@@ -38,6 +38,7 @@ HELD = 2.0  # s without output, after which a program is asked whether it waits 
 SLEPT = 5  # looks at which all programs sleep, after which it is asked, twice, whether it spins for nothing: 1 s
 AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
 TELLING = 5.0  # s after which the reader is told that a node does not end by itself
+WITHOUT = 10.0  # s after which the reader is told that no line had the text that a command is waited for
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
 FLOOD = 1_000_000  # bytes printed, after which a program is stopped
@@ -363,8 +364,17 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
         late.set()
         _signal(program, signal.SIGKILL)
 
-    alarm = threading.Timer(timeout, end)
+    def tell() -> None:
+        say(
+            f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s. This cell waits for it, "
+            f"at most {timeout:g} s."
+        )
+
+    alarm, notice = threading.Timer(timeout, end), threading.Timer(WITHOUT, tell)
+    notice.daemon = True
     alarm.start()
+    if timeout > WITHOUT:
+        notice.start()
     began = time.monotonic()
     printed, line = "", ""
     try:
@@ -383,6 +393,7 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
         return (f"{printed}{late_line}", 124) if late.is_set() else (printed, status)
     finally:
         alarm.cancel()
+        notice.cancel()
         _end(program)
 
 

@@ -163,9 +163,11 @@ class Guards:
 
     def _wait_for_server(self, original: Callable[..., bool]) -> Callable[..., bool]:
         def wait(self_: Any, timeout_sec: float | None = None) -> bool:
-            if timeout_sec is not None or not in_main_thread():
+            if not in_main_thread():
                 return original(self_, timeout_sec)
             with interruptible():
+                if timeout_sec is not None:
+                    return original(self_, timeout_sec)
                 if original(self_, TELLING):
                     return True
                 say(

@@ -31,6 +31,7 @@ from course.interfaces import builder, kept
 from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
+from course.session.cell_loops import CellLoop, cell_loop
 from course.session.domains import domain_number, session_domain
 from course.session.failure_report import FailureReport, cell_of
 from course.session.following import LogFollower
@@ -339,6 +340,20 @@ class Session:
             if text not in self._told_unfit:
                 self._told_unfit.add(text)
                 self.watch.notice(text)
+
+    def tell_of_a_loop(self, thread: int, lasted: float, before: CellLoop | None) -> CellLoop | None:
+        """Return the loop in which the cell of this thread only waits; tell the reader if it was there `before`, too.
+
+        `lasted` is the time (s) since the cell began.
+        """
+        loop = cell_loop(thread)
+        if loop is not None and loop == before:
+            topics = [*misspelt_topics(self.node), *unfit_topics(self.node, self._handles)]
+            known = [each for each in (no_world(self.node, self._folder), *topics) if each]
+            why = [self.apart(loop.client)] if loop.client else known[:1]
+            head = f"After {lasted:.0f} s this cell still waits in {loop}."
+            say(" ".join([head, *why, "The ■ button ends this;", loop.instead]))
+        return loop
 
     def apart(self, end: Publisher | Subscription | Client | ActionClient) -> str:
         """Return why a publisher, a subscription, a client or an action client is not matched by another node."""

@@ -169,6 +169,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/uses_a_node_that_has_ended": "tests/session/test_starts.py",
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
     "services/waits_in_a_loop": "tests/session/test_failure_report.py",
+    "services/waits_in_a_loop_of_a_cell": "tests/session/test_cell_loops.py",
 }
 LIVE = 2  # mistakes of each exercise that are made in each run although their hint is tested without a kernel
 

@@ -221,6 +221,16 @@ def test_a_line_that_never_comes_is_told(tmp_path):
     assert output.endswith("(stopped after 1 s: no line had 'Max speed: 2.00' in it)")
 
 
+def test_a_line_that_has_not_come_is_told_long_before_the_limit(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("course.notebook.terminal.WITHOUT", 0.3)
+    (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
+    terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00")
+    said = (
+        "`python3 client.py` has printed no line with 'Max speed: 2.00' for 0.3 s. This cell waits for it, at most 1 s."
+    )
+    assert said in capsys.readouterr().err
+
+
 def test_a_program_that_ends_without_the_line_is_told(tmp_path):
     (tmp_path / "client.py").write_text("print('Max speed: 2.0')\n")
     (tmp_path / "other.py").write_text("print('Max speed: 2.00')\n")
