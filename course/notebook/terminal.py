@@ -48,6 +48,8 @@ GRACE = 10.0  # s for a program to end after Ctrl-C
 OF_A_SHELL = ("cd", "source", ".", "export", "alias", "unset")  # commands of a shell, not programs
 JOINED = ("&&", "||", "|", ";", "&", ">", ">>", "2>", "<")
 WAITS = b"still waiting; "  # printed by the `ros2` command for a name without a server
+CLIENT = re.compile(r"create_client\(|ActionClient\(")
+GOES_ON = re.compile(r"create_service\(|ActionServer\(|create_timer\(|create_subscription\(")
 ENDLESS = re.compile(r"\b(rclpy|\w*executor)\.spin\(")
 OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 
@@ -214,7 +216,9 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     reader = threading.Thread(target=_read, args=(program, printed), daemon=True)
     reader.start()
     end = time.monotonic() + timeout
-    endless = words[:2] == ["ros2", "run"] or bool(path and ENDLESS.search(text_at(path)))
+    text = text_at(path) if path else ""
+    client = bool(CLIENT.search(text)) and not GOES_ON.search(text)  # it must end, and is no node to start
+    endless = words[:2] == ["ros2", "run"] or (ENDLESS.search(text) is not None and not client)
     told_of_end = False
     told, spent, at = 0, 0.0, ""
     wait = _Wait(stacks, program.pid, path) if path else None
@@ -252,6 +256,8 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
     program.kill()
     program.wait()
     where = f". {path.name} was here:{at}" if path and at.startswith("\n  ") else f". {at.strip()}" if at else ""
+    if client and not at:
+        where = ". A client ends by itself: once its answer has come, or when none can come."
     if endless and not at:
         start = f"start it with `ros.start({path.name!r})`, or end" if path else "end"
         where = (

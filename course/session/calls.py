@@ -16,6 +16,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, SEND, SERVICES_OF_EVERY_NODE, base, full, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
+from course.session.failure_report import of_thread
 from course.session.guards import say
 from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
@@ -153,7 +154,8 @@ class Calls:
         self._owing |= {*self._programs(service)}
         why = self._blocked(service) or ("its server is busy." if at else "is its server busy or blocked?")
         unfit = "".join(f"\n{each}" for each in unfit_topics(self.node, self._handles))
-        return CallTimeout(f"{service} {what}: {why}{at}{unfit}")
+        lost = "".join(f"\n{lost}" for each in self._programs(service) if (lost := of_thread(each.path, each.output)))
+        return CallTimeout(f"{service} {what}: {why}{at}{lost}{unfit}")
 
     def _programs(self, name: str) -> list[NodeProcess]:
         """Return the running programs that serve the service or action `name`."""

@@ -64,6 +64,7 @@ ABOUT_GOALS = {  # the ending, and the hint
         "End the execute callback with `return TheType.Result(...)`, on every path through it.",
     ),
 }
+THREAD_ENDED = "Exception in thread "  # printed by Python, with the thread's name
 LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
@@ -273,6 +274,17 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
         if error and report not in reports:
             reports.append(report)
     return reports
+
+
+def of_thread(path: Path, output: str) -> FailureReport | None:
+    """Return the report on the last thread of a running program that an exception has ended; None without one."""
+    _, mark, rest = output.rpartition(THREAD_ENDED)
+    error, frames = _last_traceback(rest, path, first=True) if mark else ("", ())
+    if not error:
+        return None
+    return FailureReport(
+        path.name, "has lost a thread to an exception", error, frames, _hint(error, text_at(path), frames)
+    )
 
 
 def where(stacks: str, path: Path) -> tuple[Frame, ...]:

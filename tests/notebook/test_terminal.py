@@ -171,6 +171,13 @@ def test_a_node_that_never_ends_tells_how_it_is_started(tmp_path):
     assert "start it with `ros.start('client.py')`" in output
 
 
+def test_a_client_that_never_ends_is_not_to_be_started_as_a_node(tmp_path):
+    text = "import threading as rclpy\nrclpy.spin = rclpy.Event().wait\nif 0: ActionClient()\nrclpy.spin()\n"
+    output, status = run(tmp_path, text, 1.0)
+    assert status == 124
+    assert output.endswith("A client ends by itself: once its answer has come, or when none can come.")
+
+
 def test_a_program_that_prints_without_end_is_stopped_and_shown_in_part(tmp_path):
     """A megabyte in a cell's output, and in the search for a hint, would hold the page and the kernel up."""
     output, status = run(tmp_path, "def tell():\n    while True: print('sum')\n\ntell()\n")

@@ -115,6 +115,17 @@ def test_a_callback_that_ends_the_program_or_raises_in_a_thread_is_told_at_once(
     assert f"server.py, line 16, in ask\n    {body}" in str(told.value)
 
 
+def test_a_thread_that_has_ended_with_an_exception_is_told_where_no_answer_comes(session, tmp_path):
+    file = tmp_path / "server.py"
+    body = "threading.Thread(target=lambda: 1 / 0).start(); threading.Event().wait()"
+    file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
+    session.start(file)
+    with pytest.raises(CallTimeout) as told:
+        session.call("/ask", Trigger, timeout=1.0)
+    assert "server.py has lost a thread to an exception: ZeroDivisionError: division by zero\n" in str(told.value)
+    assert str(told.value).index("in ask") < str(told.value).index("has lost a thread")
+
+
 def test_a_server_that_dies_before_its_service_was_listed_is_the_answer(session, tmp_path):
     """The graph lists the services of a node one by one: those that every node has come first."""
     file = tmp_path / "server.py"
