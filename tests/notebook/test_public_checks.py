@@ -1,8 +1,10 @@
 """Public checks hold what their task says: right answers pass, and the mistakes that a section is about do not."""
 
 import ast
+import linecache
 import re
 
+import nbformat
 import pytest
 
 from course.foundation import cells
@@ -760,3 +762,34 @@ def test_a_check_changes_no_name_of_the_page(exercise):
             for name in names_of(cell.source).made - imported:
                 made = any(name in each.made for each in others)
                 assert not (made and any(name in each.used - each.made for each in others)), (cell.name, name)
+
+
+BLOCKS = (
+    ("# here: which group?", "group = ReentrantCallbackGroup()"),
+    ('"held_sum")', '"held_sum", callback_group=group)'),
+    ("self.sum_twice)", "self.sum_twice, callback_group=group)"),
+    ("# here: ask twice, and count who waits", "response.sum = self.client.call(request).sum"),
+)
+
+
+def test_a_task_on_the_page_names_the_line_that_blocks(empty, capfd):
+    page = nbformat.read(NOTEBOOKS / "services" / "services.ipynb", 4)
+    known = {cell["id"]: cell["source"] for cell in page.cells}
+    held = next(text for text in known.values() if "class Held(" in text)
+    stub = known["twice-stub"]
+    for old, new in BLOCKS:
+        assert old in stub
+        stub = stub.replace(old, new)
+    names: dict[str, object] = {"ros": live.live()}
+    imports = (
+        "import queue, threading\nfrom example_interfaces.srv import AddTwoInts\nfrom rclpy.node import Node\n"
+        "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom std_srvs.srv import Trigger\n"
+        "from course.nodes.add_two_ints_server import AddTwoIntsServer\n"
+    )
+    for number, text in enumerate((imports, held, stub, known["twice-check"])):
+        name = f"/tmp/ipykernel_1/{number}.py"
+        linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)
+        exec(compile(text, name, "exec"), names)
+    told = capfd.readouterr().out
+    assert "/held_sum must be asked twice, and was asked 1 times\n" in told
+    assert "in sum_twice\n    response.sum = self.client.call(request).sum" in told
