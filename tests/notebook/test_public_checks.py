@@ -223,6 +223,7 @@ AGAIN = "ai_integration"  # whose check hears what the node publishes; the other
 @pytest.mark.parametrize(
     "exercise", [pytest.param(each, marks=[pytest.mark.matrix] * (each != AGAIN)) for each in answers.names()]
 )
+@pytest.mark.long("runs each check of an exercise three times")
 def test_each_check_passes_again_in_the_same_kernel(empty, exercise, capfd):
     """Also a third time, and nothing that the runs before have left raises anything."""
     page = Page(exercise)
