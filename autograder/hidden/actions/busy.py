@@ -63,8 +63,9 @@ class Busy(Server):
 
     def __init__(self, bench: Bench, rng: random.Random):
         super().__init__(bench, BUSY_STEP, "--ros-args", "-p", f"step_period:={BUSY_STEP}", "-p", f"top:={LOW_TOP}")
-        self._rng = rng
+        self._rng, self._seed = rng, rng.random()
         self._plays: Counter[str] = Counter()  # of each of the scenes below
+        self._began: dict[str, int] = {}  # the floor from which each was played first
         self._seen: dict[str, Any] = {}  # what came of each of the scenes below
 
     def begin(self) -> None:
@@ -105,7 +106,16 @@ class Busy(Server):
 
     @contextmanager
     def _scene(self, name: str, question: Callable[[float, Alive], Any], what: str, *wanted: str) -> Iterator[Any]:
-        """What came of a scene, which is played once; again when something is found wrong with it."""
+        """What came of a scene, which is played once; again, from the same floor, when something is found wrong."""
+
+        def play(limit: float, alive: Alive) -> Any:
+            self._rng = random.Random(f"{self._seed} {name}")
+            began = self._began.setdefault(name, self.place)
+            if self.place != began:
+                goal = self.give([began], alive, limit)
+                if goal and goal.accepted:
+                    self.over(goal, [began], limit)
+            return question(limit, alive)
 
         def again() -> None:  # with a fresh program, also for the tests that come after this one
             if self._plays[name] < PLAYS:
@@ -116,11 +126,11 @@ class Busy(Server):
         with on_wrong(again):
             if name not in self._seen:
                 self._plays[name] += 1
-                seen = self.converse(question, what, *wanted)
+                seen = self.converse(play, what, *wanted)
                 if not getattr(seen, "running", True) and self._played and self.starts < MOST_STARTS:
                     # Something that was said to this start before may be the reason.
                     self.end()
-                    seen = self.converse(question, what, *wanted)
+                    seen = self.converse(play, what, *wanted)
                 if isinstance(seen, Fault):
                     self.end()  # what it still does must not disturb other goals
                     raise seen

@@ -7,6 +7,7 @@ from course_interfaces.action import Lift
 
 from autograder.hidden.actions.busy import Busy
 from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick, Slow
+from autograder.hidden.actions.each_way import EachWay
 from autograder.hidden.actions.encounter import CLIENT, LONG, Called, Encounter
 from autograder.suitekit import Bench, serve
 from autograder.suitekit.fixtures import used
@@ -41,6 +42,12 @@ def cancelled(bench: Bench) -> Cancelled:
 def slow(bench: Bench) -> Slow:
     """The student's lift with long steps, and a goal that another one takes over from."""
     return Slow(bench)
+
+
+@pytest.fixture(scope="session")
+def each_way(bench: Bench) -> EachWay:
+    """The student's lift, to which something happens on the way up and down, near a stop and far from it."""
+    return EachWay(bench, bench.random("each way"))
 
 
 @pytest.fixture(scope="session")
@@ -86,7 +93,7 @@ def succeed(handle: Any) -> Any:
 def begun(request: pytest.FixtureRequest) -> None:
     """Have all programs start at once that a test uses."""
     names = used(request)
-    for name in ("cancelled", "quick", "busy", "slow"):
+    for name in ("cancelled", "quick", "busy", "slow", "each_way"):
         if name in names:
             request.getfixturevalue(name).begin()
     for name in ("clients", "called"):

@@ -310,9 +310,14 @@ class Cancelled(Early):
 
     @contextmanager
     def sample(self) -> Iterator[Goal]:
-        """The goal, once it is over; when something is found wrong, another goal is sent, once for all tests."""
+        """The goal, once it is over; when something is found wrong, it is sent again, once for all tests.
+
+        To a fresh program: from the same floor, so that it is cancelled in the same place and on the same way.
+        """
         self.join()
         with on_wrong(self._use_spare):
+            if self._sample is None and self.program.alive:
+                self.ensure_fresh(OFFERED)
             self._sample = self._sample or self.converse(self._play, "a goal that was cancelled", OFFERED)
             if accepted(self._sample).status:
                 self.usual_end = self._sample.status

@@ -25,6 +25,7 @@ from autograder.hidden.actions.conversation import (
     Slow,
     accepted,
 )
+from autograder.hidden.actions.each_way import BLOCKED, CANCEL, PREEMPT, EachWay
 from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, Called, Encounter
 from autograder.hidden.actions.judging import (
     EARLIEST,
@@ -197,7 +198,7 @@ def test_stops_where_it_stands(quick: Quick, slow: Slow, rng: random.Random) -> 
 
 @points(4, cell="lift-server")
 @twice
-def test_cancel(cancelled: Cancelled, quick: Quick) -> None:
+def test_cancel(cancelled: Cancelled, quick: Quick, each_way: EachWay) -> None:
     """A goal is cancelled within a step: the cabin begins no other, and the next goal is served."""
     with cancelled.sample() as goal:
         if not goal.cancel_sent:
@@ -220,6 +221,7 @@ def test_cancel(cancelled: Cancelled, quick: Quick) -> None:
                 how = f"It {cancelled.how(after.end)}" if after.end else "It had no end"
             cancelled.end()  # what was cancelled must not spoil the second try
             raise Wrong(f"After a cancel, the next goal must be worked on. {how}.")
+    each_way.expect(CANCEL)
 
 
 def expect_begun(goal: Goal) -> None:
@@ -333,7 +335,7 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
 
 @points(5, cell="lift-server")
 @twice
-def test_preempt(busy: Busy, quick: Quick, slow: Slow) -> None:
+def test_preempt(busy: Busy, quick: Quick, slow: Slow, each_way: EachWay) -> None:
     """A new goal takes over: the one before ends within a step, then the new one goes on from there to its stops."""
     with busy.preemption() as seen:
         first, second = seen.rides
@@ -355,6 +357,7 @@ def test_preempt(busy: Busy, quick: Quick, slow: Slow) -> None:
             first, second = slowly.rides
             expect_no_other_step(first.goal, second.goal.answered, "When a new goal is accepted,")
             expect_steps_in_turn(first, second)
+    each_way.expect(PREEMPT)
 
 
 @points(0.5, cell="lift-server")
@@ -384,7 +387,7 @@ def test_preempt_waiting(busy: Busy, quick: Quick) -> None:
 
 @points(0.5, cell="lift-server")
 @twice
-def test_blocked(busy: Busy) -> None:
+def test_blocked(busy: Busy, each_way: EachWay) -> None:
     """When the shaft is blocked while a goal runs, the goal is aborted within a step."""
     with busy.blocking() as seen:
         expect_running(busy, seen.ride, seen.running, "the shaft was blocked")
@@ -396,6 +399,7 @@ def test_blocked(busy: Busy) -> None:
         expect_in_time(seen.ride, seen.sent, "When the shaft was blocked, the goal")
         expect_no_other_step(seen.ride.goal, seen.answered, f"When {BLOCK} has answered,")
         expect_kept_place(seen)
+    each_way.expect(BLOCKED)
 
 
 @points(0.25, cell="lift-server")

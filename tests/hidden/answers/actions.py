@@ -1222,6 +1222,22 @@ WRONG = {
         ),
         {"cancel"},
     ),
+    "looks for a cancel on the way up alone": (
+        server((CANCEL, CANCEL.replace("if goal", "if (left[0] > self.floor or not stops) and goal"))),
+        {"cancel"},
+    ),
+    "looks for a cancel on the way down alone": (
+        server((CANCEL, CANCEL.replace("if goal", "if (left[0] < self.floor or not stops) and goal"))),
+        {"cancel"},
+    ),
+    "does not look for a cancel near the next stop": (
+        server((CANCEL, CANCEL.replace("if goal", "if abs(left[0] - self.floor) > 2 and goal"))),
+        {"cancel"},
+    ),
+    "does not look for a cancel on the way to the last stop": (
+        server((CANCEL, CANCEL.replace("if goal", "if (len(left) > 1 or not stops) and goal"))),
+        {"cancel"},
+    ),
     "makes one more step after a cancel": (
         server(
             (
@@ -1275,6 +1291,14 @@ WRONG = {
                 ),
             )
         ),
+        {"preempt"},
+    ),
+    "looks for a new goal on the way up alone": (
+        server((ABORT, ABORT.replace("self.newest", "(left[0] > self.floor or not stops) and self.newest"))),
+        {"preempt"},
+    ),
+    "does not look for a new goal near the next stop": (
+        server((ABORT, ABORT.replace("self.newest", "(abs(left[0] - self.floor) > 2 or not stops) and self.newest"))),
         {"preempt"},
     ),
     "makes one more step when a new goal comes": (
@@ -1600,6 +1624,14 @@ WRONG = {
                 ),
             ),
             ("if self.blocked or", "if"),
+        ),
+        {"blocked"},
+    ),
+    "looks for the block on the way up alone": (
+        server(
+            (ABORT, ABORT.replace("self.blocked or", "self.blocked and (left[0] > self.floor or not moved) or")),
+            (PERIOD, PERIOD + "        moved = False\n"),
+            (SLEEP, SLEEP + "            moved = True\n"),
         ),
         {"blocked"},
     ),

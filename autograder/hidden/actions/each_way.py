@@ -1,0 +1,176 @@
+"""The student's lift, to which something happens on the way up and down, on each leg, with a near and a far stop ahead.
+
+Beside the first tests, so that it takes no time of its own.
+"""
+
+import random
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import groupby
+
+from autograder.hidden.actions.conversation import TOP, Early
+from autograder.hidden.actions.rides import counted, floors_heard
+from autograder.suitekit import Alive, Bench, Goal, Wrong
+
+EACH_STEP = 0.25  # s
+ROOM = 5  # steps that a goal has ahead at most
+FIRST, _, LAST = LEGS = ("first", "second", "last")
+NEAR, FAR = 1, 3  # steps to the next stop
+TRIES = 3  # of the very same: what is wrong each time is not for a machine that was busy
+MISSES = 4  # times that a try shows nothing, until other tests alone judge the lift
+ENDS = 5.0  # s until a goal has ended that goes on to its last stop
+BEGUN = 1.0  # s until a goal has told of its first step
+LATEST = 0.1  # s until the last feedback has come, after the result
+ENOUGH = 8.0  # s for one kind of event, so that a lift with long steps does not take for ever
+# What may happen, with the steps that may be reported after its answer: that under way, and one of a lift that is told
+# of a new goal after that was answered.
+CANCEL, PREEMPT, BLOCKED = "cancel", "preempt", "block"
+ALLOWED = {CANCEL: 1, PREEMPT: 2, BLOCKED: 1}
+RULES = {
+    CANCEL: "When the request to cancel is accepted, the step under way may be finished, and no other begins",
+    PREEMPT: "When a new goal is accepted, the one that runs must end within a step",
+    BLOCKED: "When /lift/block has answered, the step under way may be finished, and no other begins",
+}
+
+
+# Of a goal and the floor where the step under way ends; returns when it was answered, or 0.
+Event = Callable[[Goal, int], float]
+
+
+@dataclass(frozen=True)
+class Way:
+    """Where a cabin is when something happens: after the first step of its goal."""
+
+    up: bool
+    leg: str  # of LEGS: on the way to which of its stops
+    ahead: int  # steps to that stop, when the step that is under way is over
+
+    @property
+    def start(self) -> int:
+        """A floor from which there is room."""
+        return TOP // 2 - 1 if self.up else TOP // 2 + 1
+
+    def suits(self, here: int) -> bool:
+        """Whether there is room from that floor."""
+        return here <= TOP - ROOM if self.up else here >= ROOM
+
+    def floors(self, here: int) -> list[int]:
+        """The goal of a cabin that stands there."""
+        stop = 2 + self.ahead
+        away = [*([] if self.leg == FIRST else [1]), stop]
+        if self.leg != LAST:
+            away += [*range(stop + 1, ROOM + 1)] or [0]
+        return [self.from_(here, steps) for steps in away]
+
+    def from_(self, here: int, count: int) -> int:
+        """The floor so many steps from there."""
+        return here + count if self.up else here - count
+
+    def __str__(self) -> str:
+        steps = counted(self.ahead, "floor")
+        return f"on the way {'up' if self.up else 'down'} to the {self.leg} stop of a goal, {steps} away"
+
+
+def ways(rng: random.Random) -> list[Way]:
+    """Each leg with each distance, each direction with each leg and with each distance; up and down in turn."""
+    first = rng.random() < 0.5
+    cases = [(leg, ahead) for leg in LEGS for ahead in (FAR, NEAR, 2)]
+    return [Way(bool(number % 2) == first, leg, ahead) for number, (leg, ahead) in enumerate(cases)]
+
+
+def moves_after(goal: Goal, moment: float) -> int:
+    """How many steps its server reported after that moment, however many messages there were of each."""
+    moment += time.time() - time.monotonic()  # a time of the publisher's clock
+    steps = [next(told) for _, told in groupby(list(goal.feedback), lambda heard: heard.message.floor)]
+    return sum(heard.published > moment for heard in steps)
+
+
+class EachWay(Early):
+    """The student's lift with a short step period, and many goals of which each is ended after a step."""
+
+    def __init__(self, bench: Bench, rng: random.Random):
+        super().__init__(bench, EACH_STEP, "--ros-args", "-p", f"step_period:={EACH_STEP}")
+        self._ways = ways(rng)
+        self._wrong: dict[str, Wrong] = {}
+        self._over = {kind: threading.Event() for kind in ALLOWED}
+
+    def expect(self, kind: str) -> None:
+        """What happens must end each goal within a step; raises Wrong when one went on each time that it was tried."""
+        self._over[kind].wait()
+        if kind in self._wrong:
+            raise self._wrong[kind]
+
+    def _early(self) -> None:
+        try:
+            super()._early()
+        finally:
+            for over in self._over.values():
+                over.set()
+
+    def _play(self, limit: float, alive: Alive) -> bool | None:
+        def cancel(goal: Goal, there: int) -> float:
+            goal.cancel()
+            goal.wait(lambda g: g.cancel_accepted is not None, self.allow(limit))
+            return goal.cancel_answered if goal.cancel_accepted else 0.0
+
+        def preempt(goal: Goal, there: int) -> float:
+            newest = self.give([there], alive, limit)
+            return newest.answered if newest and self._ends(newest) else 0.0
+
+        def block(goal: Goal, there: int) -> float:
+            answered = self.set(True, limit, alive) is not None and time.monotonic()
+            self._ends(goal)
+            return answered if self.set(False, limit, alive) is not None else 0.0
+
+        happens: dict[str, Event] = {CANCEL: cancel, PREEMPT: preempt, BLOCKED: block}
+        for kind, event in happens.items():
+            end, self._missed = time.monotonic() + self.allow(ENOUGH), 0
+            for way in self._ways:
+                after: list[int] = []
+                while len(after) < TRIES and self._missed < MISSES and (after or time.monotonic() < end):
+                    count = self._steps_after(way, event, limit, alive)
+                    if count is None:
+                        self._missed += 1
+                        continue
+                    after.append(count)
+                    if count <= ALLOWED[kind]:
+                        break
+                else:
+                    if len(after) == TRIES:
+                        self._wrong[kind] = Wrong(
+                            f"{RULES[kind]}, wherever the cabin is. {str(way).capitalize()}, "
+                            f"{counted(after[-1], 'step')} came after that, in each of {TRIES} tries.",
+                            f"{after}",
+                        )
+                    if after or self._missed >= MISSES:
+                        break
+            self._over[kind].set()
+        return True
+
+    def _steps_after(self, way: Way, event: Event, limit: float, alive: Alive) -> int | None:
+        """How many steps of a goal came after what happens was answered; None when nothing shows that."""
+        if not way.suits(self.place) and not self._ends(self.give([way.start], alive, limit)):
+            return None
+        here = self.place
+        goal = self.give(way.floors(here), alive, limit)
+        if not goal or not goal.accepted:
+            return None
+        goal.wait(lambda g: g.feedback or g.status, self.allow(BEGUN))
+        running = way.suits(here) and not goal.status and floors_heard(goal)[:1] == [way.from_(here, 1)]
+        answered = event(goal, way.from_(here, 2)) if running else 0.0
+        if not self._ends(goal) or not answered:
+            return None
+        goal.wait(lambda g: not g.feedback or g.feedback[-1].message.floor == g.result.floor, LATEST)
+        return moves_after(goal, answered)
+
+    def _ends(self, goal: Goal | None) -> bool:
+        """Wait for the end of a goal; False when there is none."""
+        if not goal or not goal.accepted:
+            return False
+        if not goal.wait(lambda g: g.status, self.allow(ENDS)):
+            self._missed = MISSES  # it would take for ever
+            goal.cancel()
+            return False
+        return True
