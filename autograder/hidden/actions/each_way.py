@@ -94,6 +94,7 @@ class EachWay(Early):
         super().__init__(bench, EACH_STEP, "--ros-args", "-p", f"step_period:={EACH_STEP}")
         self._ways = ways(rng)
         self._wrong: dict[str, Wrong] = {}
+        self._misses = 0  # of one kind of event
         self._over = {kind: threading.Event() for kind in ALLOWED}
 
     def expect(self, kind: str) -> None:
@@ -126,13 +127,13 @@ class EachWay(Early):
 
         happens: dict[str, Event] = {CANCEL: cancel, PREEMPT: preempt, BLOCKED: block}
         for kind, event in happens.items():
-            end, self._missed = time.monotonic() + self.allow(ENOUGH), 0
+            end, self._misses = time.monotonic() + self.allow(ENOUGH), 0
             for way in self._ways:
                 after: list[int] = []
-                while len(after) < TRIES and self._missed < MISSES and (after or time.monotonic() < end):
+                while len(after) < TRIES and self._misses < MISSES and (after or time.monotonic() < end):
                     count = self._steps_after(way, event, limit, alive)
                     if count is None:
-                        self._missed += 1
+                        self._misses += 1
                         continue
                     after.append(count)
                     if count <= ALLOWED[kind]:
@@ -144,7 +145,7 @@ class EachWay(Early):
                             f"{counted(after[-1], 'step')} came after that, in each of {TRIES} tries.",
                             f"{after}",
                         )
-                    if after or self._missed >= MISSES:
+                    if after or self._misses >= MISSES:
                         break
             self._over[kind].set()
         return True
@@ -170,7 +171,7 @@ class EachWay(Early):
         if not goal or not goal.accepted:
             return False
         if not goal.wait(lambda g: g.status, self.allow(ENDS)):
-            self._missed = MISSES  # it would take for ever
+            self._misses = MISSES  # it would take for ever
             goal.cancel()
             return False
         return True
