@@ -43,13 +43,16 @@ JUST = 1e-6  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
 SHORT = 0.02  # s, a step that no node takes for none
 LATER, BETWEEN = 2.3, 0.1  # s after a refused set for which nothing of it may be seen, and from error to error
-LONG = 1.5  # s, a step that is longer than a second
+LONG = 2.5  # s, a step that is longer than a second or two
 SLOW, FAST = 0.5, 16.0  # a ki, and another that nobody takes for it
 SLIGHT = 1e-3  # a change of the error that makes no large slope, however short the step
 LEAP, STEEP = 0.125, 9.0  # a change of the error, and a kd with which it makes a large slope
 BEFORE = 0.5  # a kp with which each error has another effort
 SHARP = 0.5  # of an effort: a slope of LEAP with the gain STEEP makes more in a step of less than 2 s
-FAR = 1e6  # a limit that is as good as any
+FAR = 1e12  # a limit that is as good as any
+LARGE, TINY = 1e6, 2.0**-12  # an error that makes a large integral, and a ki with which the effort stays small
+QUICK = 25  # errors one right after the other, each a short step
+CLAMPED = 6  # efforts in a row that are clamped
 SETTLES, SETTLED = 3, 0.4  # tries until nothing of what was before is seen, for so many s
 
 Overridden = tuple[PidNode, Mapping[str, Any]]  # a node with the values that it was started with
@@ -238,12 +241,32 @@ def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None
                 f"between the two: {fault}.",
                 fault,
             )
+    first = last
+    for _ in range(QUICK):
+        last = pid.send(error)
+    if not between(last.effort - first.effort, expected := tuple(ki * error * step for step in steps(first, last))):
+        raise Wrong(
+            f"When {QUICK} errors come one right after the other, the integral must grow by error × step, too, however "
+            f"short the steps are: with ki alone, the effort must have changed by {told(expected)}, and it changed by "
+            f"{last.effort - first.effort:.3g}.",
+            f"{first} then {last}",
+        )
+    last = begin_integral(pid, LARGE, ki=TINY)
+    last, fault = send_after(pid, 0.1, LARGE, TINY, last)
+    if fault:
+        raise Wrong(
+            "A large integral must grow, too, by error × step: it has no limits. With a large error and a small ki "
+            f"alone, the change of the effort was wrong: {fault}.",
+            fault,
+        )
     narrow = {"output_min": -NARROW, "output_max": NARROW}
     for held in (error, -error):  # at either limit
         last = begin_integral(pid, held, ki=ki)
         last, fault = send_after(pid, 0.05, held, ki, last)
         if fault or not pid.parameters.set_together(narrow).successful:
             return  # judged by other tests
+        for _ in range(CLAMPED):
+            pid.send(held)
         time.sleep(0.15)
         pid.send(held)
         pid.parameters.set_together(WIDE)
@@ -390,7 +413,8 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
     ki, error = rng.randrange(4, 16) / 2, rng.randrange(5, 10) / 8
     if pid.gains_by_launch:
         expect_new_rate(pid, error, ki)
-    for new in ({"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):  # alone, and as the last of several
+    # By little and by more, alone, and as the last of several.
+    for new in ({"ki": ki + 0.0625}, {"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):
         fill_integral(pid, error, ki=ki)
         slowest, fastest = rate_of_growth(pid, error)  # judged by another test
         if not fastest:  # as when it grows so fast that it is clamped
@@ -731,6 +755,9 @@ def test_limits_together(pid: PidNode, controls: None, rng: random.Random) -> No
     pid.expect_set(about.format("below"), output_max=below + 2.5, output_min=below)
     pid.expect_set(f"{about.format('above')} with kp as well,", output_max=above + 2.5, kp=2.0, output_min=above)
     pid.expect_set(f"{about.format('below')} with kp as well,", kp=1.0, output_min=below, output_max=below + 2.5)
+    gains = {"kp": 2.0, "ki": 1.0, "kd": 0.5}
+    pid.expect_set(f"{about.format('above')} with all gains,", output_min=above, output_max=above + 2.5, **gains)
+    pid.expect_set(f"{about.format('below')} with all gains,", **gains, output_min=below, output_max=below + 2.5)
     pid.expect_set("Setting both limits together, in order and far apart,", output_min=-FAR, output_max=FAR)
 
 

@@ -990,6 +990,51 @@ WRONG = {
         ),
         {"first_message"},
     ),
+    "the integral has limits": (
+        node(
+            ("self.integral += error * step", "self.integral = max(-500.0, min(500.0, self.integral + error * step))")
+        ),
+        {"integral"},
+    ),
+    "the integral stops after some clamped efforts": (
+        node(
+            (
+                "        self.integral += error * step",
+                "        self.integral += 0.0 if self.held > 3 else error * step",
+            ),
+            (
+                "        self.effort_pub.publish(",
+                (
+                    "        held = effort in (self.value('output_min'), self.value('output_max'))\n"
+                    "        self.held = self.held + 1 if held else 0\n        self.effort_pub.publish("
+                ),
+            ),
+            ("        self.last_error = 0.0\n", "        self.last_error = 0.0\n        self.held = 0\n"),
+        ),
+        {"integral"},
+    ),
+    "a step of more than 2 s counts as 2 s": (
+        node(("self.integral += error * step", "self.integral += error * min(step, 2.0)")),
+        {"integral"},
+    ),
+    "a ki that is changed by little leaves the integral": (
+        node(("param.value != self.ki:", "abs(param.value - self.ki) > 0.2:")),
+        {"ki_starts_the_integral_again"},
+    ),
+    "limits above 1e7 are refused": (
+        node((RULE, RULE.removesuffix(":") + " or limits['output_max'] > 1e7:")),
+        {"limits_together"},
+    ),
+    "a set of more than three parameters is compared with the old output_min": (
+        node(
+            (
+                RULE,
+                "limits['output_min'] = self.value('output_min') if len(params) > 3 else limits['output_min']\n        "
+                + RULE,
+            )
+        ),
+        {"limits_together"},
+    ),
     "trapezoids": (
         node(("self.integral += error * step", "self.integral += (error + self.last_error) / 2 * step")),
         {"integral"},
