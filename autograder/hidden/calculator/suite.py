@@ -32,7 +32,7 @@ from autograder.hidden.calculator.conversation import (
     told,
 )
 from autograder.sandbox.cleaning import CONTROL
-from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, numbers, points, twice
+from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, judged_last, numbers, points, twice
 from course.foundation.waiting import wait_until
 from course.interfaces import InterfaceError, parse
 from course.interfaces.definition import Field
@@ -46,6 +46,8 @@ INFINITE = re.compile(r"(?<![a-z])inf(inity)?(?![a-z])|∞", re.IGNORECASE)  # a
 FOUND = 1.0  # s for which the client must wait for a server, by the task
 WRITTEN = 3.0  # s until a log line has arrived
 LATER = 1.0  # s after a refusal for which the server is seen to go on
+MUCH_LATER = 15.0  # s, the same for a server that has ended while nobody asked it
+REFUSALS = 8  # in a row, each of which must be one
 LETTERS = "bdfgklmnp"  # of words that are no operation
 UNANSWERED = "with a server that gives no answer"
 TESTED_WITH = "(Your programs were tested with the correct definition.)"
@@ -190,12 +192,15 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
 
 
 @points(4.5, cell="calculator-server")
+@judged_last
 def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None:
     """What cannot be done is refused, and the server goes on."""
+    had_ended = calculator.has_ended  # though it was left alone since the last tests of the server
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
     word, starts = "".join(rng.choices(LETTERS, k=9)), calculator.starts
     for operation, b, about in [("divide", 0.0, "A division by zero"), (word, 2.5, "An unknown operation")]:
-        calculator.expect_refused(rng.uniform(1, 9), operation, b, about)
+        for _ in range(REFUSALS):
+            calculator.expect_refused(rng.uniform(1, 9), operation, b, about)
         if not same(after := calculator.ask(*question), answer):
             raise Wrong(
                 f"{about} must change nothing, but the request after it is answered otherwise than before: with "
@@ -203,7 +208,7 @@ def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None
                 f"got {after}",
             )
     program = calculator.program
-    wait_until(lambda: not program.alive, LATER)
+    wait_until(lambda: not program.alive, MUCH_LATER if had_ended else LATER)
     calculator.ask(*question)
     if calculator.starts != starts:
         raise Wrong("The server answered what cannot be done, but then it ended. It must go on.")

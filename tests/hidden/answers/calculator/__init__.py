@@ -721,6 +721,26 @@ WRONG = {
         ),
         {"refuses_and_goes_on"},
     ),
+    "ends 4 s after a refusal": (
+        server(
+            ("import rclpy\n", "import os\nimport threading\n\nimport rclpy\n"),
+            (
+                RETURN,
+                "        if not response.success:\n            threading.Timer(4.0, os._exit, (0,)).start()\n" + RETURN,
+            ),
+        ),
+        {"refuses_and_goes_on"},
+    ),
+    "does every eighth thing that cannot be done": (
+        server(
+            (
+                RETURN,
+                "        self.refusals = getattr(self, 'refusals', 0) + (not response.success)\n"
+                "        response.success = response.success or self.refusals % 8 == 0\n" + RETURN,
+            )
+        ),
+        {"refuses_and_goes_on", "unknown_operation"},
+    ),
     "a division by zero spoils the next result": (
         server(
             (
