@@ -7,7 +7,7 @@ loads ROS 2, so only the judging process does it, never the coordinator.
 from autograder.errors import Crashed, TimedOut, Wrong
 from autograder.suitekit.actions import ActionCaller, Goal, offered_actions, serve, sought_actions
 from autograder.suitekit.bench import Bench
-from autograder.suitekit.judge import judged_last, on_wrong, points, twice
+from autograder.suitekit.judge import on_wrong, points, twice
 from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
 from autograder.suitekit.live import LiveProgram, Offers, Server, offer
 from autograder.suitekit.parameters import Parameters
@@ -47,7 +47,6 @@ __all__ = [
     "expect_status",
     "expect_usage",
     "expect_words",
-    "judged_last",
     "numbers",
     "offer",
     "offered_actions",

@@ -47,10 +47,6 @@ def points(number: float, cell: str) -> pytest.MarkDecorator:
     return pytest.mark.points(number, cell=cell)
 
 
-# Mark a hidden test that is judged after the others, so that their time shows what a program does later.
-judged_last = pytest.mark.judged_last
-
-
 def twice(test: Callable[Parameters, None]) -> Callable[Parameters, None]:
     """Run a test again when it finds something wrong: a lost message is rare, but a mistake shows every time."""
 
@@ -112,11 +108,6 @@ class Judge:
         """Pass the bench to the fixtures, and register the suites' marker."""
         config.stash[BENCH] = self.bench
         config.addinivalue_line("markers", "points(number, cell): what a test is worth, and in which grade cell")
-        config.addinivalue_line("markers", "judged_last: judged after the others")
-
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Put the tests last that are judged after the others."""
-        items.sort(key=lambda item: item.get_closest_marker("judged_last") is not None)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
         """Keep why a suite cannot be loaded."""

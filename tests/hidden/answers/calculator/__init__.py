@@ -721,12 +721,12 @@ WRONG = {
         ),
         {"refuses_and_goes_on"},
     ),
-    "ends 4 s after a refusal": (
+    "ends 2 s after a refusal": (
         server(
             ("import rclpy\n", "import os\nimport threading\n\nimport rclpy\n"),
             (
                 RETURN,
-                "        if not response.success:\n            threading.Timer(4.0, os._exit, (0,)).start()\n" + RETURN,
+                "        if not response.success:\n            threading.Timer(2.0, os._exit, (0,)).start()\n" + RETURN,
             ),
         ),
         {"refuses_and_goes_on"},
