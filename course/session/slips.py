@@ -1,6 +1,7 @@
 """Certain mistakes in the text of a cell that Python accepts silently."""
 
 import ast
+import builtins
 import difflib
 from collections.abc import Iterator
 
@@ -17,6 +18,7 @@ from course.session.source import (
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
+FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
 ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
 
 
@@ -25,6 +27,8 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree)}
+    if skipped:  # a file has only what it imports and makes itself
+        found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
         text = f"'{more[0]}' makes one more timer each time that it is called. Make the timer once, in `__init__`."
         found.add((more[1] + skipped, text))
@@ -81,6 +85,26 @@ def _asked(node: ast.AST) -> list[ast.expr]:
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
         return [node.operand]
     return node.values if isinstance(node, ast.BoolOp) else []
+
+
+def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the exceptions that a file's `except` names, and that it neither imports nor makes.
+
+    Python looks for the name only when there is an exception to catch, as when the program is stopped.
+    """
+    nodes = [*ast.walk(tree)]
+    made = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    made |= {node.name for node in nodes if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))}
+    for node in nodes:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            made |= {alias.asname or alias.name.partition(".")[0] for alias in node.names}
+    for handler in nodes if "*" not in made else ():
+        caught = [*ast.walk(handler.type)] if isinstance(handler, ast.ExceptHandler) and handler.type else []
+        for name in caught:
+            if isinstance(name, ast.Name) and name.id not in made and not hasattr(builtins, name.id):
+                text = f"`except` needs `{name.id}`, which this file does not import"
+                origin = f": `from {FROM[name.id]} import {name.id}`" if name.id in FROM else ""
+                yield name.lineno, f"{text}{origin}."
 
 
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:

@@ -54,6 +54,33 @@ def test_a_slip_is_told_with_its_line(line, says):
     assert slips(f"%%exercise careful.py{cell}") == slips(cell[1:])
 
 
+STOPPED = """%%exercise careful.py
+{imports}
+try:
+    rclpy.spin(node)
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+LACKS = (
+    "note: line 4: `except` needs `ExternalShutdownException`, which this file does not import: "
+    "`from rclpy.executors import ExternalShutdownException`."
+)
+
+
+@pytest.mark.parametrize(
+    ("imports", "told"),
+    [
+        ("import rclpy", [LACKS]),
+        ("from rclpy.executors import ExternalShutdownException", []),
+        ("from rclpy.executors import *", []),
+        ("class ExternalShutdownException(Exception): pass", []),
+    ],
+)
+def test_an_exception_that_a_file_does_not_know_is_told_before_it_is_needed(imports, told):
+    assert slips(STOPPED.format(imports=imports)) == told
+    assert slips(STOPPED.format(imports=imports).partition("\n")[2]) == []  # another cell may have imported it
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
