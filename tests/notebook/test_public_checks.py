@@ -687,6 +687,17 @@ def each_night(*case: str):
             "\n    except Exception:\nThis catches every exception, also that of a misspelt name",
         ),
         (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "            if self.blocked or self.newest is not goal_handle:\n",
+            (
+                "            self.late = getattr(self, 'late', 0) + (self.newest is not goal_handle)\n"
+                "            if self.blocked or self.late > 3 and self.newest is not goal_handle:\n"
+            ),
+            "steps after that: it must end within a step",
+        ),
+        (
             "services",
             "motor-service",
             "motor_service.py",

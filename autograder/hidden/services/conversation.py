@@ -768,6 +768,13 @@ class Relay(Server):
         self._asking.in_vain = 0 if asked else self._asking.in_vain + 1
         return asked
 
+    def sends(self, numbers: tuple[int, int]) -> bool | None:
+        """Whether it sends these numbers to /add_two_ints when it is called; None if it does not call it at all."""
+        try:
+            return sorted(self.asked()) == sorted(numbers)
+        except Wrong:
+            return None
+
     def asked_by_a_start(self, numbers: dict[str, int] | None = None) -> tuple[int, int]:
         """The same; if it only calls /add_two_ints at its first call, those of a new start, with these parameters set.
 

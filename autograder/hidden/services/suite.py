@@ -405,16 +405,19 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
 @points(1, cell="relay")
 @twice
 def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
-    """While calls wait for /add_two_ints, as many as there may be, a parameter can be set."""
-    relay.relay()
-    relay.vary(rng)
+    """While calls wait for /add_two_ints, as many as there may be, a parameter can be set, and is used afterwards."""
+    usual = relay.relay()
+    (first, later), starts = (draw(rng), draw(rng)), relay.starts
+    with suppress(Wrong):
+        relay.change(as_parameters(first))
+    uses = relay.sends(first)  # that it uses what is set at all, another test judges
     with relay.adder.holding():
         futures = relay.send()
         while len(relay.adder.held) == len(futures) < CALLERS:
             futures.append(relay.send_another())  # that each goes out is judged by another test
         relay.expect_no_early_answer(futures)
         start = time.monotonic()
-        if not relay.can_change(as_parameters(draw(rng))):
+        if not relay.can_change(as_parameters(later)):
             raise Wrong(
                 f"While callers of {RELAY} wait for {ADD}, a parameter that is set must be set at once: setting a and "
                 "b was refused."
@@ -429,6 +432,17 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
             )
     with suppress(Crashed):  # that each gets its own answer, another test judges
         relay.all_answered(futures)
+    told = [future.result() for future in futures if future.done()]
+    if whole_numbers(usual.message) and any(each.success and not whole_numbers(each.message) for each in told):
+        raise Wrong(
+            f"The parameters a and b were set while callers of {RELAY} waited for {ADD}: these must be answered with "
+            "their sums, and one was answered without any."
+        )
+    if uses and relay.sends(later) is False and relay.starts == starts:
+        raise Wrong(
+            f"The parameters a and b were set while callers of {RELAY} waited for {ADD}: the next call must send these "
+            "values, and it sent others."
+        )
 
 
 @points(0.5, cell="relay")
@@ -636,7 +650,7 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
         (ENABLED, []),
         (ENABLED, [wish, wish]),
         (DISABLED, [wish, wish]),
-        (ENABLED, [(ENABLE, False), wish]),
+        (ENABLED, [*[(ENABLE, False)] * 3, wish]),
         (ENABLED, [(STOP, True), wish]),
     ]:
         if not motors.bring(before):

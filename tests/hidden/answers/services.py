@@ -572,6 +572,7 @@ STOPS = """        self.stopped = request.data
 RESET = (STOPS, STOPS + "            self.count = 0\n")
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
 GROUP = (", callback_group=group", "")
+READ = "a, b = self.get_parameter('a').value, self.get_parameter('b').value"
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
 SUCCESS = "        response.success = True\n        response.message = f'{a}"
 THREADED = [
@@ -1089,6 +1090,52 @@ WRONG = {
             )
         ),
         {"relay_asks_each_time"},
+    ),
+    "parameters that are set while a call waits are not used": (
+        relay(
+            (
+                "        self.get_logger().info('Relay ready')",
+                (
+                    "        self.waiting = 0\n"
+                    "        self.take([])\n"
+                    "        self.add_post_set_parameters_callback(self.take)\n\n"
+                    "    def take(self, parameters):\n"
+                    "        if not self.waiting:\n"
+                    "            self.used = self.get_parameter('a').value, self.get_parameter('b').value"
+                ),
+            ),
+            (READ + "\n        if not", "a, b = self.used\n        if not"),
+            (
+                "        answer = " + AWAIT,
+                "        self.waiting += 1\n        answer = " + AWAIT + "\n        self.waiting -= 1",
+            ),
+        ),
+        {"goes_on_serving"},
+    ),
+    "a call that waits while a parameter is set is answered without the sum": (
+        relay(
+            (
+                "        response.message = f'{a} + {b} = {answer.sum}'",
+                (
+                    "        same = (a, b) == (self.get_parameter('a').value, self.get_parameter('b').value)\n"
+                    "        response.message = f'{a} + {b} = {answer.sum}' if same else 'changed meanwhile'"
+                ),
+            )
+        ),
+        {"goes_on_serving"},
+    ),
+    "a third disable ends the stop": (
+        motors(
+            (
+                "        response.success = not (request.data and self.stopped)",
+                (
+                    "        self.count = getattr(self, 'count', 0) + 1 if self.stopped and not request.data else 0\n"
+                    "        self.stopped = self.stopped and self.count < 3\n"
+                    "        response.success = not (request.data and self.stopped)"
+                ),
+            )
+        ),
+        {"stays_still"},
     ),
     "relay asks all the time": (
         relay(
