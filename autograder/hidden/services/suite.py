@@ -411,6 +411,7 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
     with suppress(Wrong):
         relay.change(as_parameters(first))
     uses = relay.sends(first)  # that it uses what is set at all, another test judges
+    relay.vary(rng)
     with relay.adder.holding():
         futures = relay.send()
         while len(relay.adder.held) == len(futures) < CALLERS:
