@@ -41,6 +41,11 @@ def split(node_name: str) -> tuple[str, str]:
     return name, namespace or "/"
 
 
+def is_of_every_node(service: str) -> bool:
+    """Return True for a service that every node has, whatever the node is called."""
+    return service.rpartition("/")[2] in SERVICES_OF_EVERY_NODE
+
+
 def base(node_name: str) -> str:
     """Return the name of a node without its namespace."""
     return node_name.rpartition("/")[2]

@@ -14,7 +14,7 @@ from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
-from course.ros.names import OF_EVERY_NODE, SEND, SERVICES_OF_EVERY_NODE, base, full, split, type_name
+from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
 from course.session.failure_report import of_thread
 from course.session.guards import say
@@ -374,11 +374,10 @@ class Calls:
 
     def _never(self, client: Client) -> str:
         """Return why a client finds no server, if the text of no running program can create one; '' otherwise."""
-        of_every_node = type_name(cast(type, client.srv_type)).startswith(OF_EVERY_NODE)
-        never = none_will_offer(self._handles, "create_service", client.service_name)
-        if of_every_node or not (never or self._makes_none(client.service_name)):
+        if type_name(cast(type, client.srv_type)).startswith(OF_EVERY_NODE):
             return ""
-        return self.apart(client)
+        never = none_will_offer(self._handles, "create_service", client.service_name)
+        return self.apart(client) if never or self._makes_none(client.service_name) else ""
 
     def _without_service(self, name: str) -> list[NodeProcess]:
         """Return the running programs that may make the service `name` by their text, and have none of their own.
@@ -391,7 +390,7 @@ class Calls:
             for node in each.nodes:
                 with contextlib.suppress(NodeNameNonExistentError):
                     own |= {known for known, _ in self.node.get_service_names_and_types_by_node(*split(node))}
-            if own and all(known.rpartition("/")[2] in SERVICES_OF_EVERY_NODE for known in own):
+            if own and all(map(is_of_every_node, own)):
                 found.append(each)
         return found
 

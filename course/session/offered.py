@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from course.ros.names import SERVICES_OF_EVERY_NODE
+from course.ros.names import base, is_of_every_node
 from course.session.node_process import NodeProcess
 from course.session.source import argument, calls, name_of, parse
 from course.session.watch import Handle
@@ -26,9 +26,8 @@ def may_serve(source: str, service: str) -> bool:
 
     The text of a node may be unknown (''): it may serve anything.
     """
-    node, _, last = service.rpartition("/")
-    if last in SERVICES_OF_EVERY_NODE:
-        return not source or node.rpartition("/")[2] in source
+    if is_of_every_node(service):
+        return not source or base(service.rpartition("/")[0]) in source
     if source and not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source)):
         return False
     others = other_names(source, "create_service", service)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 
 from course.errors import NodeFailed
 from course.registry import told_elsewhere
-from course.ros.names import SERVICES_OF_EVERY_NODE
+from course.ros.names import is_of_every_node
 from course.session.failure_report import FailureReport
 from course.session.live_node import LiveNode
 from course.session.node_process import NodeProcess
@@ -44,7 +44,7 @@ class Watch:
         for handle, number, report in reversed(list(reports)):
             known = {*handle.services}
             if isinstance(handle, NodeProcess):
-                known = {name for name in known if name.rpartition("/")[2] not in SERVICES_OF_EVERY_NODE}
+                known = {name for name in known if not is_of_every_node(name)}
             if service in handle.services or (not known and meant(handle)):
                 self._tell(handle, number)
                 return report

@@ -572,7 +572,6 @@ STOPS = """        self.stopped = request.data
 RESET = (STOPS, STOPS + "            self.count = 0\n")
 ASK = "        a, b = self.get_parameter('a').value, self.get_parameter('b').value\n"
 GROUP = (", callback_group=group", "")
-READ = "a, b = self.get_parameter('a').value, self.get_parameter('b').value"
 AWAIT = "await self.client.call_async(AddTwoInts.Request(a=a, b=b))"
 SUCCESS = "        response.success = True\n        response.message = f'{a}"
 THREADED = [
@@ -1104,7 +1103,7 @@ WRONG = {
                     "            self.used = self.get_parameter('a').value, self.get_parameter('b').value"
                 ),
             ),
-            (READ + "\n        if not", "a, b = self.used\n        if not"),
+            (ASK, "        a, b = self.used\n"),
             (
                 "        answer = " + AWAIT,
                 "        self.waiting += 1\n        answer = " + AWAIT + "\n        self.waiting -= 1",
