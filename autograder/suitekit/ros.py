@@ -15,6 +15,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
+from course.ros.fast_dds import ignore_discovery
 from course.ros.names import OF_EVERY_NODE
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
 from course.ros.rclpy_patches import patch
@@ -63,6 +64,7 @@ class Ros:
 
     def close(self) -> None:
         """Leave the domain."""
+        ignore_discovery(self.domain)
         self._spinner.stop()
         self._context.try_shutdown()
 

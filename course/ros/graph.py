@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 from course.environment import DISCOVERY_PROFILE, RANGE
 from course.foundation.waiting import wait_until
 from course.ros.discovery import COUNTABLE, ask_participants, participants_here
+from course.ros.fast_dds import ignore_discovery
 from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
@@ -142,6 +143,7 @@ class Graph:
     def __exit__(self, *exception: object) -> None:
         if self._executor is not None:
             self._executor.shutdown()
+        ignore_discovery(self.context.get_domain_id())
         if self._node is not None:
             self._node.destroy_node()
         else:

@@ -28,6 +28,7 @@ from course import environment, recorders
 from course.errors import LiveError
 from course.foundation.waiting import in_vain, lookouts, tellers, time_limit, wait_until
 from course.interfaces import builder, kept
+from course.ros.fast_dds import ignore_discovery
 from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
@@ -409,6 +410,7 @@ class Session:
         self._nodes.stop(wait=False)
         self._publishing.end()
         vars(self.node).pop("destroy_node", None)
+        ignore_discovery(self.context.get_domain_id())
         self._spinner.stop()
         self.context.try_shutdown()
         if self._claim:
