@@ -12,10 +12,19 @@ from course.session.watch import Handle
 
 
 class LogFollower:
-    """Reads new entries of the book and of the programs' output, if they are `wanted`."""
+    """Reads new entries of the book and of the programs' output, if they are `wanted`.
 
-    def __init__(self, book: LogBook, handles: Mapping[str, Handle], wanted: Callable[[Entry], bool] | None = None):
-        self._book, self._handles, self._wanted = book, handles, wanted
+    `handles` are what runs in this session, and `programs` returns its programs, with those that were stopped.
+    """
+
+    def __init__(
+        self,
+        book: LogBook,
+        handles: Mapping[str, Handle],
+        programs: Callable[[], list[NodeProcess]],
+        wanted: Callable[[Entry], bool] | None = None,
+    ):
+        self._book, self._handles, self._programs, self._wanted = book, handles, programs, wanted
         self._logged = 0  # the number of the book's messages that were read
         self._held: list[bytes] = []  # messages held until it is known whether a program also prints them
         self._printed: dict[NodeProcess, int] = {}  # the number of lines read of each program
@@ -26,7 +35,7 @@ class LogFollower:
 
         Entries are lost if they come faster than they are read, or exceed the limit.
         """
-        programs = [handle for handle in list(self._handles.values()) if isinstance(handle, NodeProcess)]
+        programs = self._programs()
         self._printed = {each: self._printed.get(each, 0) for each in programs}
         # For programs their terminal output, which is in order; for other nodes the messages on /rosout.
         found, lost = self._from_book(limit, programs)

@@ -1,6 +1,7 @@
 """The logs of a session's nodes: /rosout, and the output of their programs."""
 
 import difflib
+import math
 from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
@@ -28,11 +29,26 @@ class SessionLogs:
         self._handles, self._notice = handles, notice
         self._flooding: set[str] = set()  # nodes already reported for logging too much
         self._book = LogBook(node, self._flooded)
-        self.forget = self._book.forget
+        self._stopped: dict[str, NodeProcess] = {}  # the last of each name that was stopped, and not started again
 
     def follow(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
         """Return a follower of new log entries, only those that are `wanted`."""
-        return LogFollower(self._book, self._handles, wanted)
+        return LogFollower(self._book, self._handles, self._programs, wanted)
+
+    def keep(self, program: NodeProcess) -> None:
+        """Keep the log of a program that was stopped, until a node of its name is started again."""
+        self._stopped[program.name] = program
+
+    def forget(self, node: str, before: float = math.inf) -> None:
+        """Drop what `node` has logged before a time (s of `time.time()`), or all of it."""
+        self._book.forget(node, before)
+        for name, program in list(self._stopped.items()):
+            if node in program.names:
+                self._stopped.pop(name, None)
+
+    def _programs(self) -> list[NodeProcess]:
+        started = {key: each for key, each in list(self._handles.items()) if isinstance(each, NodeProcess)}
+        return list({**self._stopped.copy(), **started}.values())
 
     def wait(self, name: str | None, text: str, timeout: float) -> bool:
         """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any.
@@ -63,7 +79,7 @@ class SessionLogs:
         For programs their terminal output, which is in order; for other nodes the messages on /rosout.
         """
         wanted = name and name.lstrip("/")
-        programs = [handle for handle in self._handles.values() if isinstance(handle, NodeProcess)]
+        programs = self._programs()
         printed = {node for program in programs for node in program.names if program.output}
         entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
         for program in programs:

@@ -141,6 +141,8 @@ class StartedNodes:
             for key in keys:
                 if handle := self._handles.pop(key, None):
                     self._stop(handle, wait)
+                    if isinstance(handle, NodeProcess):
+                        self._logs.keep(handle)
         if name and not keys:
             for each in self._outsiders.nodes():
                 if name.lstrip("/") in (base(each.node), each.node.lstrip("/")):

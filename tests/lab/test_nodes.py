@@ -198,13 +198,13 @@ def test_a_line_that_comes_by_rosout_before_its_program_is_known_is_told_once():
             return len(self.lines), [(0, line) for line in self.lines[count:]]
 
     program, stranger = Starting(), Starting()
-    follower = LogFollower(Book(), {"early.py": program})
+    follower = LogFollower(Book(), {}, lambda: [program])
     assert follower.read(10) == ([], 0)
     program.nodes, program.lines = ["/early"], ["[WARN] [early]: one of a kind"]
     assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
     assert follower.read(10) == ([], 0)
     # What no program prints is held for as long as one starts, and told then.
-    follower = LogFollower(Book(), {"other.py": stranger})
+    follower = LogFollower(Book(), {}, lambda: [stranger])
     assert follower.read(10) == ([], 0)
     stranger.nodes = ["/other"]
     assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)

@@ -408,6 +408,22 @@ def test_logs_are_kept_by_node_and_begin_anew_with_it(session):
     assert "sum 3" not in str(session.logs("adder"))
 
 
+def test_the_log_of_a_program_that_was_stopped_stays_until_its_node_is_started_again(session, server):
+    """By its name and by its file's, among all, and for a panel that is opened later."""
+    session.start(server)
+    printed = session.logs("server.py", until="arguments")
+    session.stop("server.py")
+    assert session.logs("server.py") == session.logs("file_server") == printed
+    assert [entry for entry in session.logs() if entry.node == "server.py"] == printed
+    followed, _ = session.follow_logs().read(100)
+    assert [entry.text for entry in followed if entry.node == "server.py"] == [entry.text for entry in printed]
+    session.start(server)
+    session.stop("server.py")
+    assert [entry.text for entry in session.logs()].count(printed[0].text) == 1
+    session.start(Node, "file_server")
+    assert session.logs("server.py") == []
+
+
 def test_a_text_that_no_line_has_and_a_node_that_is_not_there_are_told(session, capsys):
     session.start(Adder)
     session.call("add", AddTwoInts, a=1, b=2)
