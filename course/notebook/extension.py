@@ -9,6 +9,7 @@ import re
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,7 +50,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
     shell.input_transformers_cleanup.append(_whole_cell)
-    shell.set_custom_exc((Exception,), _explain)
+    shell.set_custom_exc((Exception, KeyboardInterrupt), _explain)  # type: ignore[arg-type]
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)
 
@@ -83,13 +84,23 @@ def _not_first(line: str) -> None:
 def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_offset: int | None = None) -> None:
     """Show the error as usual, and below it a hint: the cell to run, or what to do.
 
-    Validate's report begins with a check's message instead of the check's lines.
+    Validate's report begins with a check's message instead of the check's lines.  An interruption (■) is one line.
     """
+    if isinstance(error, KeyboardInterrupt) and not hasattr(error, "_render_traceback_"):
+        error._render_traceback_ = lambda: [_interrupted(trace)]  # type: ignore[attr-defined]
     if "NBGRADER_VALIDATING" in os.environ and isinstance(error, AssertionError):
         error._render_traceback_ = lambda: [f"{kind.__name__}: {error}"]  # type: ignore[attr-defined]
     shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
     if why := reason(error, Path()) or _known(error):
         print(why, file=sys.stderr)
+
+
+def _interrupted(trace: Any) -> str:
+    from course.session.source import is_cell
+
+    at = [frame for frame in traceback.extract_tb(trace) if is_cell(frame.filename)]
+    where = f" in line {at[-1].lineno}, `{at[-1].line}`" if at else ""
+    return f"KeyboardInterrupt: the cell was interrupted{where}."
 
 
 def _known(error: Exception) -> str:

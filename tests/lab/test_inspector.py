@@ -59,7 +59,7 @@ executor.spin()
 ADD = {"kind": "service", "name": "/add_two_ints", "type_name": "example_interfaces/srv/AddTwoInts"}
 FIBONACCI = {"kind": "action", "name": "/fibonacci", "type_name": "example_interfaces/action/Fibonacci"}
 TWIST = {"kind": "topic", "name": "/cmd_vel", "type_name": "geometry_msgs/msg/Twist"}
-SPEED = {"kind": "parameter", "name": "/servers", "type_name": "float64"}
+SPEED = {"kind": "parameter", "name": "/servers", "type_name": "double"}
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +255,7 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     fields = page.ask("inspector.form", kind="parameter", name="/servers", type_name="")["result"]
     assert [field["name"] for field in fields[-2:]] == ["start_type_description_service", "use_sim_time"]
     speed = next(field for field in fields if field["name"] == "speed")
-    assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "float64", "m/s; 0.1 to 2.0")
+    assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "double", "m/s; 0.1 to 2.0")
     assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""
     refused = follow(page, "rejected", **SPEED, given={"speed": "5"})["events"][-1]
     assert "range" in refused[2]
@@ -266,7 +266,7 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert "successful" in kernel.run("!" + page.ask("inspector.look", **SPEED, given={"speed": "1"})["result"]["ros2"])
     assert "1.0" in kernel.run("!ros2 param get /servers speed")
     wrong = page.ask("inspector.look", **SPEED, given={"speed": "fast"})["result"]["wrong"]
-    assert wrong == {"speed": "write a number: float64 does not accept 'fast'"}
+    assert wrong == {"speed": "write a number: double does not accept 'fast'"}
 
 
 def test_calls_of_cells_are_kept_with_their_times(kernel, page):

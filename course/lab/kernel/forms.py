@@ -20,7 +20,7 @@ WHOLE = {
     f"{sign}int{bits}": (0, 2**bits - 1) if sign else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
-} | {"byte": (0, 255), "char": (0, 255)}
+} | {"byte": (0, 255), "char": (0, 255), "integer": (-(2**63), 2**63 - 1)}
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 LOADERS = {
     "service": (messages.get_service, "Request"),
@@ -174,7 +174,10 @@ def _nested(message: type[Any], given: Any, path: str, wrong: dict[str, str], *,
 
 
 def scalar(kind: str, given: Any, longest: int | None = None) -> Any:
-    """Parse a text as a value of a type, named as in a definition; raises ValueError that says what to write."""
+    """Parse a text as a value of a type, named as in a definition, or of a parameter's: integer, double or boolean.
+
+    Raises ValueError that says what to write.
+    """
     text = str(given)
     if kind in ("bool", "boolean"):
         if text.strip().casefold() not in TRUE + FALSE:
@@ -182,7 +185,7 @@ def scalar(kind: str, given: Any, longest: int | None = None) -> Any:
         return text.strip().casefold() in TRUE
     if kind in WHOLE:
         return _whole(kind, text)
-    if kind.startswith("float"):
+    if kind.startswith(("float", "double")):
         return _real(kind, text)
     if longest is not None and len(text) > longest:
         raise ValueError(f"write at most {longest} characters: it has {len(text)}")

@@ -16,15 +16,16 @@ from course.session.live import current
 
 ANSWER = 5.0  # s
 LONGEST = 600.0  # s that a reader may choose to wait
-PARAMETER_TYPES = {
-    ParameterType.PARAMETER_BOOL: "bool",
-    ParameterType.PARAMETER_INTEGER: "int64",
-    ParameterType.PARAMETER_DOUBLE: "float64",
+ARRAY = " array"
+PARAMETER_TYPES = {  # as `ros2 param describe` calls them
+    ParameterType.PARAMETER_BOOL: "boolean",
+    ParameterType.PARAMETER_INTEGER: "integer",
+    ParameterType.PARAMETER_DOUBLE: "double",
     ParameterType.PARAMETER_STRING: "string",
-    ParameterType.PARAMETER_BOOL_ARRAY: "bool[]",
-    ParameterType.PARAMETER_INTEGER_ARRAY: "int64[]",
-    ParameterType.PARAMETER_DOUBLE_ARRAY: "float64[]",
-    ParameterType.PARAMETER_STRING_ARRAY: "string[]",
+    ParameterType.PARAMETER_BOOL_ARRAY: f"boolean{ARRAY}",
+    ParameterType.PARAMETER_INTEGER_ARRAY: f"integer{ARRAY}",
+    ParameterType.PARAMETER_DOUBLE_ARRAY: f"double{ARRAY}",
+    ParameterType.PARAMETER_STRING_ARRAY: f"string{ARRAY}",
 }
 PARAMETER = "parameter"
 RATE = "(rate)"  # cannot be the name of a message's field
@@ -92,13 +93,13 @@ def _parameters(node: str) -> list[dict[str, Any]]:
     for name, value, descriptor in zip(names, values, described, strict=False):
         kind = PARAMETER_TYPES.get(value.type)
         plain = parameter_value_to_python(value)
-        shown = ", ".join(map(str, plain)) if kind and kind.endswith("[]") else str(plain)
+        shown = ", ".join(map(str, plain)) if kind and kind.endswith(ARRAY) else str(plain)
         field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
         field["fixed"] = descriptor.read_only or kind is None
-        if kind == "bool":
+        if kind == "boolean":
             field |= {"kind": "truth", "default": plain}
         else:
-            field |= {"kind": "list" if kind and kind.endswith("[]") else "scalar", "default": shown, "choices": {}}
+            field |= {"kind": "list" if kind and kind.endswith(ARRAY) else "scalar", "default": shown, "choices": {}}
         found.append(field)
     return found
 
@@ -166,7 +167,7 @@ def _look_at_parameter(node: str, kind: str, given: dict[str, Any]) -> dict[str,
 def _parameter_value(kind: str, text: Any) -> Any:
     if kind not in PARAMETER_TYPES.values():
         raise ValueError("it has no value yet, and so no type: its node must declare it with a default")
-    element = kind.removesuffix("[]")
+    element = kind.removesuffix(ARRAY)
     return forms.scalar(element, text) if element == kind else forms.scalars(element, str(text))
 
 

@@ -400,6 +400,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
   return (
     <section className="ros-Flows" aria-label="Calls and goals">
       <h3>Calls and goals</h3>
+      <Unseen link={link} />
       {failed && <p>{failed}</p>}
       {known && !one && <p className="ros-quiet">No calls and no goals yet. Send one with the Inspector, in a cell or in a terminal.</p>}
       {one && (
@@ -419,7 +420,6 @@ function Flows({ link }: { link: Link }): JSX.Element {
           <ExchangeView key={one.number} link={link} number={one.number} />
         </>
       )}
-      <Unseen link={link} />
     </section>
   );
 }

@@ -352,6 +352,8 @@ function Controls({
 function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
   const sectors = state.scan?.sectors;
   const stale = state.scan !== null && !state.fresh(performance.now());
+  const unmeasured = state.unmeasured(performance.now());
+  const speeds = state.moves && `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`;
   return (
     <dl className={`ros-Robot-facts${state.nodes?.sees.length ? '' : ' ros-mod-old'}`} aria-label="What the robot sees and does">
       {SIDES.map(side => (
@@ -384,7 +386,7 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
       {state.moves && (
         <div className="ros-mod-long">
           <dt>measured</dt>
-          <dd>{paused ? 'paused' : `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`}</dd>
+          <dd>{paused ? 'paused' : unmeasured ? `nothing for ${unmeasured} s` : speeds}</dd>
         </div>
       )}
       <div>

@@ -31,6 +31,7 @@ export class RobotState {
   room: { name: string; walls: number[]; began: number } = { name: '', walls: [], began: 0 }; // began: ms
   scan: Scan | null = null;
   says = ''; // the state that the driver logs
+  movesAt = 0; // ms, on the page's clock
   scanAt = 0; // ms, on the page's clock
   silent: string[] = []; // who could drive, and sends no commands
   trail: Place[] = [];
@@ -63,6 +64,7 @@ export class RobotState {
     }
     if (data.robot) {
       this.moves = data.robot.moves;
+      this.movesAt = now;
       this._arrive(data.robot.pose, now);
     }
     if (data.scan) {
@@ -105,6 +107,11 @@ export class RobotState {
   /** Return true if scans arrive. */
   fresh(now: number): boolean {
     return this.scan !== null && now - this.scanAt < STALE;
+  }
+
+  /** Return for how long no speed has been measured, in s; 0 while it is. */
+  unmeasured(now: number): number {
+    return now - this.movesAt < STALE ? 0 : Math.round((now - this.movesAt) / 1000);
   }
 
   /** Return where to draw the robot: interpolated between the last two known places. */
@@ -163,7 +170,7 @@ export function wrap(angle: number): number {
 
 function doing(speeds: [number | null, number | null] | null): string {
   if (!speeds) {
-    return 'none so far';
+    return 'none';
   }
   const [linear, angular] = speeds;
   if (linear === null || angular === null) {
