@@ -44,7 +44,8 @@ class Goal:
         self.sent = time.monotonic()
         self.accepted: bool | None = None  # None: no answer yet
         self.answered = 0.0
-        self.feedback: list[Heard] = []
+        self.heard: list[Heard] = []  # all feedback
+        self.surplus: Callable[[list[Heard]], bool] = lambda heard: False  # whether `feedback` leaves out the first
         self.cancel_sent = 0.0
         self.cancel_accepted: bool | None = None  # None: no answer yet
         self.cancel_answered = 0.0
@@ -54,6 +55,11 @@ class Goal:
         self.fault: Fault | None = None  # the reason for giving it up without a result
         self._alive, self._news = alive, threading.Condition()
         self._handle: Any = None
+
+    @property
+    def feedback(self) -> list[Heard]:
+        """Return the feedback, without a first message that is `surplus`."""
+        return self.heard[self.surplus(self.heard) :]
 
     def wait(self, condition: Callable[["Goal"], object], timeout: float) -> bool:
         """Wait until `condition(goal)` is true; False after `timeout` s, or when the program is no longer alive."""
@@ -94,7 +100,7 @@ class Goal:
     def on_feedback(self, message: Any, published: float = 0.0) -> None:
         """Note feedback that its server published at `published` (s of the server's clock)."""
         with self._news:
-            self.feedback.append(Heard(time.monotonic(), sensible(message.feedback), published))
+            self.heard.append(Heard(time.monotonic(), sensible(message.feedback), published))
             self._news.notify_all()
 
     def _on_cancel(self, future: Any) -> None:

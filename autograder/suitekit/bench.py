@@ -47,6 +47,7 @@ class Bench:
         self._domains = random.sample(domains, len(domains))
         self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
+        self.known: set[str] = set()  # what the suite has learned of the programs, in words of its own
 
     def random(self, name: str) -> random.Random:
         """Return random numbers for one purpose: they depend on the grading's seed and `name`, not on earlier draws."""

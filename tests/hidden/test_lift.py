@@ -17,7 +17,7 @@ def told(*floors, every=0.3):
 
 def goal_of(*floors):
     goal = Goal(lambda: True)
-    goal.feedback = told(*floors)
+    goal.heard = told(*floors)
     return goal
 
 

@@ -65,7 +65,7 @@ def test_a_goal_tells_how_far_it_has_come():
     assert goal.phase == "was rejected"
     goal.accepted = True
     assert goal.phase == "was accepted, but neither feedback nor a result came"
-    goal.feedback.append(Heard(0.0, Lift.Feedback()))
+    goal.heard.append(Heard(0.0, Lift.Feedback()))
     assert goal.phase == "was accepted and sent feedback, but no result came"
     goal.status = "ABORTED"
     assert goal.phase == "ended as ABORTED"

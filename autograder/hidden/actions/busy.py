@@ -51,6 +51,7 @@ class Asked:
     goal: Goal
     running: bool = True  # the goal still ran when the service was first asked
     freed: str = ""  # how the goal had ended when the shaft, which was free, had been freed; empty while it ran
+    twice: Ride | None = None  # sent when the shaft had been blocked twice
     after: Ride | None = None  # sent when the shaft had been blocked twice, and freed once
     success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
     took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
@@ -150,7 +151,12 @@ class Busy(Server):
         goal = self.give(floors, alive, limit)
         if goal is None:
             return None
-        accepted(goal).wait(lambda g: len(g.feedback) >= self.STEPS or g.status, 2 * self.STEPS * BUSY_STEP)
+
+        def begun(goal: Goal) -> object:
+            return len(goal.feedback) >= self.STEPS or goal.status
+
+        if not accepted(goal).wait(begun, 2 * self.STEPS * BUSY_STEP) and any(each.heard for each in self.goals):
+            goal.wait(begun, self.bench.clock.allow(AT_MOST))  # a busy machine: it must be known where the cabin is
         return Ride(floors, goal)
 
     def soon_over(self, ride: Ride, limit: float) -> None:
@@ -304,18 +310,24 @@ class Busy(Server):
         for blocked in (True, True, False):
             if not blocked and seen.running:  # a shaft that is freed within the step has not stopped the goal
                 ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))
+            if not blocked:
+                seen.twice = self._one_step(limit, alive)
             success = self.set(blocked, limit, alive)
             if success is None:
                 return None
             seen.success.append(success)
         if not ride.goal.status:
             self.stop(ride.goal)
+        seen.after = self._one_step(limit, alive)
+        return seen
+
+    def _one_step(self, limit: float, alive: Alive) -> Ride | None:
+        """A goal of one step, once it is over; None when it is not."""
         here = min(HIGH, self.place)
         floors = [here + 1 if here < HIGH else here - 1]
         goal = self.give(floors, alive, limit)
-        if goal and goal.accepted and self.over(goal, floors, limit):
-            seen.after = Ride(floors, goal)
-        return seen
+        over = goal and goal.accepted and self.over(goal, floors, limit)
+        return Ride(floors, goal) if goal and over else None
 
 
 def ended(ride: Ride, status: str, rule: str, server: Server) -> None:

@@ -8,10 +8,9 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import groupby
 
 from autograder.hidden.actions.conversation import TOP, Early
-from autograder.hidden.actions.rides import counted, floors_heard
+from autograder.hidden.actions.rides import counted, floors_heard, published_later
 from autograder.suitekit import Alive, Bench, Goal, Wrong
 
 EACH_STEP = 0.25  # s
@@ -78,13 +77,6 @@ def ways(rng: random.Random) -> list[Way]:
     first = rng.random() < 0.5
     cases = [(leg, ahead) for leg in LEGS for ahead in (FAR, NEAR, 2)]
     return [Way(bool(number % 2) == first, leg, ahead) for number, (leg, ahead) in enumerate(cases)]
-
-
-def moves_after(goal: Goal, moment: float) -> int:
-    """How many steps its server reported after that moment, however many messages there were of each."""
-    moment += time.time() - time.monotonic()  # a time of the publisher's clock
-    steps = [next(told) for _, told in groupby(list(goal.feedback), lambda heard: heard.message.floor)]
-    return sum(heard.published > moment for heard in steps)
 
 
 class EachWay(Early):
@@ -164,7 +156,7 @@ class EachWay(Early):
         if not self._ends(goal) or not answered:
             return None
         goal.wait(lambda g: not g.feedback or g.feedback[-1].message.floor == g.result.floor, LATEST)
-        return moves_after(goal, answered)
+        return published_later(goal, answered)
 
     def _ends(self, goal: Goal | None) -> bool:
         """Wait for the end of a goal; False when there is none."""

@@ -75,7 +75,8 @@ class Encounter:
         self.feedback.append(self.feedback[-1])  # two that are alike are two messages
         self.result = Lift.Result(floor=rng.randrange(*NUMBERS))
         if self.cancel_after != 0:  # a goal that is cancelled at once has made no stops
-            self.result.stops = [rng.randrange(*NUMBERS) for _ in range(3)]
+            low, high = sorted(rng.sample(range(*NUMBERS), 2))
+            self.result.stops = [high, low, high]
         self.goals: list[list[int]] = []
         self.early: Counter[float] = Counter()  # the numbers that were printed before the goal ended
         self.before_cancel: int | None = None  # feedback messages sent when the cancel came

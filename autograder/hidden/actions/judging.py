@@ -22,6 +22,8 @@ from autograder.hidden.actions.rides import (
 from autograder.sandbox.program import Program
 from autograder.suitekit import Crashed, Goal, Heard, Run, TimedOut, Wrong, numbers
 
+# Lines that are no words of the client: logs for which it need not be responsible, and what Python says at its end.
+NOT_SAID = r"\[(DEBUG|INFO|WARN|ERROR|FATAL)\]|Exception ignored"
 OUTCOMES = {"succe": "SUCCEEDED", "cancel": "CANCELED", "abort": "ABORTED", "reject": "REJECTED"}
 WHOLE = 0.9  # of its length that a step must last at least by its publisher's clock, which does not wait for the grader
 SHORTEST = 0.6  # of its length that a step must last at least on average
@@ -315,6 +317,17 @@ def expect_waiting_result(seen: Preemption) -> bool:
     return True
 
 
+def expect_no_floor_twice(goal: Goal, how: str) -> None:
+    """No message may tell of the floor that the one before has told of: the cabin has made no step."""
+    told = [heard.message.floor for heard in goal.heard]
+    if any(a == b for a, b in pairwise(told)):
+        raise Wrong(
+            "There must be one feedback message for each step of one floor, and no other message. Of a goal that "
+            f"{how}, two messages in a row told of the same floor.",
+            f"{told}",
+        )
+
+
 def expect_result(program: Program, run: Encounter, how: str) -> None:
     """The client must have printed the result."""
     printed = {*numbers(program.output)}
@@ -324,6 +337,15 @@ def expect_result(program: Program, run: Encounter, how: str) -> None:
             "and the "
             f"client printed {len({*run.result.stops} & printed)} of {len(run.result.stops)} stops"
             f"{'' if run.result.floor in printed else ', and not the floor'}.",
+            f"sent {run.result}, shown: {program.output}",
+        )
+    stops = list(run.result.stops)
+    told = [number for number in numbers(program.output) if number in stops]
+    if stops and not any(told[at : at + len(stops)] == stops for at in range(len(told))):
+        raise Wrong(
+            "The client must print all stops of the result in their order, also a floor that comes twice. Here the "
+            f"result had {len(stops)} stops, the first and the last at the same floor, and the client printed them "
+            "otherwise.",
             f"sent {run.result}, shown: {program.output}",
         )
 
@@ -339,6 +361,18 @@ def expect_outcome(program: Program, word: str, when: str) -> None:
     if OUTCOMES[named[-1].lower()] != word:
         raise Wrong(
             f"{when} the last outcome that the client names must be {word}; it was {OUTCOMES[named[-1].lower()]}.",
+            program.output,
+        )
+
+
+def expect_outcome_last(program: Program, run: Encounter, when: str) -> None:
+    """The client must print nothing of its own after the line with the outcome."""
+    lines = [line for line in program.output.splitlines() if line.strip()]
+    at = max(number for number, line in enumerate(lines) if re.search("|".join(OUTCOMES), line, re.IGNORECASE))
+    if at + 1 < len(lines) and not re.match(NOT_SAID, lines[at + 1]):
+        raise Wrong(
+            f"{when} the outcome must be in the last line that the client prints. After it, it printed "
+            f"{run.excerpt(lines[at + 1])[:SAID]!r}.",
             program.output,
         )
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 from autograder.suitekit import Goal, Heard
 
@@ -72,9 +72,14 @@ def floors_heard(goal: Goal) -> list[int]:
     return [heard.message.floor for heard in list(goal.feedback)]
 
 
+def moves(goal: Goal) -> list[Heard]:
+    """The first message for each floor that the cabin has come to."""
+    return [next(told) for _, told in groupby(goal.feedback, lambda heard: heard.message.floor)]
+
+
 def later(goal: Goal, moment: float) -> int:
-    """How many feedback messages came after that moment."""
-    return sum(heard.time > moment for heard in goal.feedback)
+    """How many feedback messages came after that moment; one for the same floor as that before it counts with it."""
+    return sum(heard.time > moment for heard in moves(goal))
 
 
 def counted(number: int, what: str = "feedback message") -> str:
@@ -83,9 +88,9 @@ def counted(number: int, what: str = "feedback message") -> str:
 
 
 def published_later(goal: Goal, moment: float) -> int:
-    """How many feedback messages its server published after that moment, however late they came."""
+    """How many such messages its server published after that moment, however late they came."""
     moment += time.time() - time.monotonic()  # a time of the publisher's clock
-    return sum(heard.published > moment for heard in goal.feedback)
+    return sum(heard.published > moment for heard in moves(goal))
 
 
 def lengths(told: Sequence[Heard]) -> list[float]:

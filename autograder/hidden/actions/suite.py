@@ -38,11 +38,13 @@ from autograder.hidden.actions.judging import (
     expect_in_time,
     expect_kept_place,
     expect_lengths,
+    expect_no_floor_twice,
     expect_no_other_step,
     expect_no_result,
     expect_no_step_of_its_own,
     expect_one_cabin,
     expect_outcome,
+    expect_outcome_last,
     expect_over,
     expect_preempted_result,
     expect_rejection,
@@ -64,6 +66,7 @@ from autograder.suitekit.actions import Goal
 MOMENT = 1.0  # s that something may take that must not wait for a long step
 SLOWER = 0.06  # s that the fastest of many short steps may take longer than step_period
 MANY = 6  # goals that are told of
+AGAIN = [2, 1, 2]  # a floor comes twice, though not in a row
 WHEN = {
     "succeed": "When the goal has succeeded,",
     "reject": "When the goal is rejected,",
@@ -94,14 +97,20 @@ def test_ride(quick: Quick) -> None:
                 f"It says {floor}.",
                 f"{ride.floors}: {floor}",
             )
+    goal = quick.run(AGAIN)
+    if goal.status and goal.status == ride.end and list(goal.result.stops) != AGAIN:
+        raise Wrong(
+            "A floor that comes again later in a goal is another stop: the result of a goal for the floors "
+            f"{AGAIN} held {list(goal.result.stops)} in `stops`."
+        )
 
 
 @points(0.5, cell="lift-server")
 @twice
-def test_feedback(quick: Quick) -> None:
+def test_feedback(quick: Quick, cancelled: Cancelled) -> None:
     """Each step of one floor is reported, with the floor and the stops that are left."""
     with quick.sample() as ride:
-        heard = [(heard.message.floor, heard.message.stops_left) for heard in ride.goal.feedback]
+        heard = [(heard.message.floor, heard.message.stops_left) for heard in ride.goal.heard]
         if not heard:
             raise Wrong("The goal published no feedback: call goal_handle.publish_feedback(...) for each step.")
         ways = [steps(start, ride.floors) for start in range(quick.top + 1)]  # where it starts is another test's
@@ -122,7 +131,7 @@ def test_feedback(quick: Quick) -> None:
                 f"{heard[-1][1]}.",
                 f"{ride.floors}: {heard}",
             )
-    floors = [2, 1, 2]
+    floors = AGAIN
     goal = quick.run(floors)
     heard = [(heard.message.floor, heard.message.stops_left) for heard in goal.feedback]
     ways = [steps(start, floors) for start in range(quick.top + 1)]
@@ -131,6 +140,13 @@ def test_feedback(quick: Quick) -> None:
             "`stops_left` of the feedback must count the stops still to make, also when a floor comes again later in "
             f"the goal. Of a goal for the floors {floors} the feedback (floor, stops_left) ended with {heard[-3:]}."
         )
+    with quick.sample() as ride:  # a message that comes with the result has come by now
+        expect_no_floor_twice(ride.goal, "succeeded")
+    stopped = None
+    with suppress(Crashed, TimedOut, Wrong), cancelled.sample() as stopped:  # how it ends is another test's
+        pass
+    if stopped:
+        expect_no_floor_twice(stopped, "was cancelled")
 
 
 @points(0.25, cell="lift-server")
@@ -460,6 +476,11 @@ def test_blocked_before(busy: Busy, quick: Quick) -> None:
                 f"`data: false` must free the shaft, and leave it free when it was free before. After {BLOCK} got it "
                 f"while the shaft was free, the goal that ran {busy.how(asked.freed)}."
             )
+        if asked.twice and asked.twice.end != "ABORTED" and stuck.end == "ABORTED":
+            raise Wrong(
+                f"To block what is blocked changes nothing: it stays blocked. After {BLOCK} got `data: true` twice, a "
+                f"goal that needs a step {busy.how(asked.twice.end)}."
+            )
         if asked.after and asked.after.end == "ABORTED" and not quick.ends_well(asked.after):
             raise Wrong(
                 f"To block what is blocked changes nothing: one `data: false` frees it. After {BLOCK} got `data: true` "
@@ -615,6 +636,7 @@ def test_client_says_outcome(clients: Mapping[str, Encounter]) -> None:
     for name in ("succeed", "reject", "abort", "cancel"):
         with clients[name].judged() as program:
             expect_outcome(program, clients[name].end, WHEN[name])
+            expect_outcome_last(program, clients[name], WHEN[name])
     expect_no_result(clients["reject"], clients["succeed"])
 
 

@@ -43,7 +43,8 @@ TRIES = 4  # calls that are timed at most
 COMES = 3  # times at most that /add_two_ints comes back, until the relay finds it soon
 OVERDUE = 0.75  # s longer than usual, after which a call is taken for lost that was made when /add_two_ints left
 PAUSE = 0.05  # s between two calls, until the relay has found /add_two_ints
-OVERLAP = 0.25  # s after a request until the next one is sent, which may meet it under way
+OVERLAPS = (0.25, 0.1, 0.04, 0.015, 0.005, 0.0)  # s after a request until the next one is sent, to meet it under way
+SLOW = 0.05  # s after which a request that is still under way is slow, and shorter overlaps show nothing new
 EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 UNASKED = 3  # waits for a request that were in vain, in a row, after which the relay is known not to ask
@@ -112,11 +113,24 @@ class Motors(Server):
             if (name, data) == (service, on):
                 raise fault
 
-    def overlap(self, first: tuple[str, bool], second: tuple[str, bool]) -> bool:
-        """Send two commands, from two clients, the second while the first may be under way.
+    def overlaps(self, state: str, first: tuple[str, bool], second: tuple[str, bool]) -> Iterator[None]:
+        """Send two commands to motors in `state`, from two clients, so that the second meets the first under way.
 
-        Returns True when both have been answered.
+        How long the first takes is not known, so this is done with several times in between.
         """
+        for after in OVERLAPS:
+            if not self.bring(state):
+                return
+            met = self._overlap(first, second, after)
+            if met is None:
+                return
+            yield
+            if met and after > SLOW:
+                return
+
+    def _overlap(self, first: tuple[str, bool], second: tuple[str, bool], after: float) -> bool | None:
+        """Return whether the first was under way `after` s later; None if one of the two has got no answer."""
+        met = False
         self.up(offer(ENABLE), offer(STOP))
         program, futures = self.program, []
         for ros, clients, (service, on) in (
@@ -126,13 +140,14 @@ class Motors(Server):
             futures.append(ros.send(clients[service], SetBool.Request(data=on)))
             if service == STOP:
                 self._pressed = on
-            wait_until(futures[0].done, self.allow(OVERLAP))
+            if service == first[0]:
+                met = not wait_until(futures[0].done, after)
         wait_until(lambda: all(future.done() for future in futures) or not program.alive, self.allow(ANSWER))
         if not all(future.done() for future in futures):
             self.end()
-            return False
+            return None
         self._last = futures[1].result().message
-        return True
+        return met
 
     def status(self, second: bool = False) -> Any:
         """The response to asking for the state."""
@@ -318,9 +333,10 @@ class Motors(Server):
 
 
 def says(message: str) -> str | None:
-    """The one state that a message names; None when it names none or several."""
+    """The one state that a message names; None when it names none or several, or only says which it is not."""
     words = set(re.findall(rf"(?<![a-z])(?:{'|'.join(STATES)})(?![a-z])", message.lower()))
-    return words.pop() if len(words) == 1 else None
+    denied = re.search(rf"(?:not|n't|no longer) (?:{'|'.join(STATES)})(?![a-z])", message.lower())
+    return words.pop() if len(words) == 1 and not denied else None
 
 
 def plain(message: str) -> str:

@@ -1031,6 +1031,18 @@ WRONG = {
         ),
         {"feedback"},
     ),
+    "feedback of the floor where a goal begins, too": (
+        server((BEGIN, PUBLISH.replace("    " * 3, "    " * 2) + BEGIN)),
+        {"feedback"},
+    ),
+    "stops at each floor once": (
+        server(("left = [], list(goal_handle.request.floors)", "left = [], list(dict.fromkeys(goal_handle.request.floors))")),
+        {"ride", "stops_where_it_stands"},
+    ),
+    "to block a blocked shaft frees it": (
+        server(("self.blocked = request.data", "self.blocked = request.data and not self.blocked")),
+        {"blocked_before"},
+    ),
     "feedback before the step": (
         server((STEP + PUBLISH, PUBLISH + STEP)),
         {"feedback", "cancelled_result", "aborted_result"},
@@ -1801,6 +1813,14 @@ WRONG = {
     "client shows the stops of the result alone": (
         client((", now at {end.result.floor}", "")),
         {"client_shows_result"},
+    ),
+    "client sorts the stops of the result": (
+        client(("stops {list(end.result.stops)}", "stops {sorted(end.result.stops)}")),
+        {"client_shows_result"},
+    ),
+    "client says goodbye after the outcome": (
+        client((SAYS, SAYS + "    print('Good bye')\n")),
+        {"client_says_outcome"},
     ),
     "client shows no outcome": (
         client((SAYS, "")),

@@ -1445,8 +1445,8 @@ WRONG = {
     ),
     "relay shows the sum as a float": (relay(("{answer.sum}", "{float(answer.sum):.0f}")), {"relay_answers"}),
     "relay takes a parameter of 0 for none": (relay((ASK, ASK + "        b = b or 1\n")), {"changed_parameters"}),
-    "relay gives up after 4 s": (
-        {**REFERENCE, RELAY: THREADS.replace("done.wait(9)", "done.wait(4)").encode()},
+    "relay gives up after 5 s": (
+        {**REFERENCE, RELAY: THREADS.replace("done.wait(9)", "done.wait(5)").encode()},
         {"slow_answer"},
     ),
     "relay calls for 3 s at most": (
@@ -1537,6 +1537,34 @@ WRONG = {
             ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
         ),
         {"stays_still"},
+    ),
+    "an enable that takes 30 ms overwrites the stop": (
+        motors(
+            (SWITCH, "if request.data:\n            time.sleep(0.03)\n        " + SWITCH),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "'/motors/enable', self.enable)",
+                "'/motors/enable', self.enable, callback_group=ReentrantCallbackGroup())",
+            ),
+            *THREADED,
+            ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
+        ),
+        {"stays_still"},
+    ),
+    "disabled motors are not enabled": (
+        motors(("return 'enabled' if self.enabled else 'disabled'", "return 'enabled' if self.enabled else 'not enabled'")),
+        {"messages_say_state"},
+    ),
+    "relay refuses large numbers": (
+        relay(
+            (
+                ASK,
+                ASK
+                + "        if max(abs(a), abs(b)) > 2**61:\n"
+                "            return Trigger.Response(success=False, message='too large')\n",
+            )
+        ),
+        {"changed_parameters"},
     ),
     "a disable that takes half a second overwrites the stop": (
         motors(
@@ -1779,7 +1807,7 @@ DETAIL = {
     "relay asks twice",
     "relay remembers its sums",
     "looks once a second whether the answer is there",
-    "relay gives up after 4 s",
+    "relay gives up after 5 s",
     "relay shows the sum as a float",
     "relay takes a parameter of 0 for none",
     "relay reads b once",
