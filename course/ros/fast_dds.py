@@ -11,7 +11,9 @@ import ctypes
 import os
 
 LIBRARY = "libfastrtps.so.2.14"
-PARTICIPANT, FACTORY = (f"8eprosima7fastdds3dds{name}" for name in ("17DomainParticipant", "24DomainParticipantFactory"))
+PARTICIPANT, FACTORY = (
+    f"8eprosima7fastdds3dds{name}" for name in ("17DomainParticipant", "24DomainParticipantFactory")
+)
 SET_LISTENER = (
     f"_ZN{PARTICIPANT}12set_listenerEPNS1_25DomainParticipantListenerENSt6chrono8durationIlSt5ratioILl1ELl1EEEE"
 )

@@ -190,7 +190,9 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view.locator(".ros-Robot-facts")).to_contain_text("none any more: the robot has stopped")
     run_cell(page, 2, "ros.stop('world')\n_ = ros.start(World, parameters={'room': 'pillars'})")
     expect(view).to_contain_text("room: pillars")
-    expect(view.locator(".ros-Robot-facts")).to_contain_text(re.compile(r"commandnone(?! any)"))  # this world has had no command
+    expect(view.locator(".ros-Robot-facts")).to_contain_text(
+        re.compile(r"commandnone(?! any)")
+    )  # this world has had no command
     expect(view.locator(".ros-Robot-facts")).to_contain_text("driven by nobody")
     page.get_by_role("button", name="Restart the kernel", exact=True).click()
     page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()

@@ -3,8 +3,8 @@
 The kernel keeps a bounded part, goes on running cells and telling its pages, and says which node floods.
 """
 
-import re
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -130,7 +130,9 @@ def test_a_flood_of_lines_is_cut_and_its_node_is_named(kernel):
                 kernel.interrupt()
 
         said = kernel.run("print('begun')\nwhile True:\n    pass", seen=interrupt)
-        assert re.search(r"KeyboardInterrupt: the cell was interrupted in line [23], `(while True:|pass)`\.$", said.strip()), said
+        assert re.search(
+            r"KeyboardInterrupt: the cell was interrupted in line [23], `(while True:|pass)`\.$", said.strip()
+        ), said
         assert "Traceback" not in said
         said += kernel.run("pass")
         assert "The node 'stranger' logs more than 1,000 lines a second" in said

@@ -53,6 +53,7 @@ class Asked:
     freed: str = ""  # how the goal had ended when the shaft, which was free, had been freed; empty while it ran
     twice: Ride | None = None  # sent when the shaft had been blocked twice
     after: Ride | None = None  # sent when the shaft had been blocked twice, and freed once
+    unblocked: Ride | None = None  # sent when the shaft had been blocked and freed, with no goal in between
     success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
     took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
 
@@ -319,6 +320,8 @@ class Busy(Server):
         if not ride.goal.status:
             self.stop(ride.goal)
         seen.after = self._one_step(limit, alive)
+        if all(self.set(blocked, limit, alive) is not None for blocked in (True, False)):
+            seen.unblocked = self._one_step(limit, alive)
         return seen
 
     def _one_step(self, limit: float, alive: Alive) -> Ride | None:

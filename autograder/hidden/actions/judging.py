@@ -366,9 +366,15 @@ def expect_outcome(program: Program, word: str, when: str) -> None:
 
 
 def expect_outcome_last(program: Program, run: Encounter, when: str) -> None:
-    """The client must print nothing of its own after the line with the outcome."""
+    """The client must name one outcome in its last line, and print nothing of its own after it."""
     lines = [line for line in program.output.splitlines() if line.strip()]
     at = max(number for number, line in enumerate(lines) if re.search("|".join(OUTCOMES), line, re.IGNORECASE))
+    if len(named := {*re.findall(r"\b(?:SUCCEEDED|CANCELED|ABORTED|REJECTED)\b", lines[at])}) > 1:
+        raise Wrong(
+            f"{when} the last line of the client must name one outcome; it named {len(named)}: "
+            f"{run.excerpt(lines[at])[:SAID]!r}.",
+            program.output,
+        )
     if at + 1 < len(lines) and not re.match(NOT_SAID, lines[at + 1]):
         raise Wrong(
             f"{when} the outcome must be in the last line that the client prints. After it, it printed "

@@ -1036,8 +1036,25 @@ WRONG = {
         {"feedback"},
     ),
     "stops at each floor once": (
-        server(("left = [], list(goal_handle.request.floors)", "left = [], list(dict.fromkeys(goal_handle.request.floors))")),
+        server(
+            (
+                "left = [], list(goal_handle.request.floors)",
+                "left = [], list(dict.fromkeys(goal_handle.request.floors))",
+            )
+        ),
         {"ride", "stops_where_it_stands"},
+    ),
+    "each block aborts a goal, also when the shaft is free again": (
+        server(
+            ("self.blocked = request.data", "self.blocked = request.data\n        self.due = self.due or request.data"),
+            ("            if self.blocked or self.newest", "            if self.blocked or self.due or self.newest"),
+            (
+                "                goal_handle.abort()\n",
+                "                self.due = False\n                goal_handle.abort()\n",
+            ),
+            ("        self.blocked = False\n", "        self.blocked = self.due = False\n"),
+        ),
+        {"blocked_before"},
     ),
     "to block a blocked shaft frees it": (
         server(("self.blocked = request.data", "self.blocked = request.data and not self.blocked")),
@@ -1817,6 +1834,10 @@ WRONG = {
     "client sorts the stops of the result": (
         client(("stops {list(end.result.stops)}", "stops {sorted(end.result.stops)}")),
         {"client_shows_result"},
+    ),
+    "client names every outcome, and the right one last": (
+        client((SAYS, "    print('SUCCEEDED, CANCELED, ABORTED or REJECTED:', outcome)\n")),
+        {"client_says_outcome"},
     ),
     "client says goodbye after the outcome": (
         client((SAYS, SAYS + "    print('Good bye')\n")),

@@ -1552,15 +1552,16 @@ WRONG = {
         {"stays_still"},
     ),
     "disabled motors are not enabled": (
-        motors(("return 'enabled' if self.enabled else 'disabled'", "return 'enabled' if self.enabled else 'not enabled'")),
+        motors(
+            ("return 'enabled' if self.enabled else 'disabled'", "return 'enabled' if self.enabled else 'not enabled'")
+        ),
         {"messages_say_state"},
     ),
     "relay refuses large numbers": (
         relay(
             (
                 ASK,
-                ASK
-                + "        if max(abs(a), abs(b)) > 2**61:\n"
+                ASK + "        if max(abs(a), abs(b)) > 2**61:\n"
                 "            return Trigger.Response(success=False, message='too large')\n",
             )
         ),
