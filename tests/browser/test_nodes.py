@@ -105,6 +105,16 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
     panel.get_by_role("button", name="Start greeter.py").press("Enter")  # as without a mouse
     expect(node).to_be_visible()
+    # The focus stays in the panel, wherever the row goes meanwhile, and the node stays open when it is restarted.
+    panel.get_by_role("button", name="Restart greeter.py").press("Enter")
+    expect(panel.get_by_text("word = 'hello'")).to_be_visible()
+    assert page.evaluate(FOCUS_IN_PANEL)
+    panel.get_by_role("button", name="Stop greeter.py").press("Enter")
+    expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
+    assert page.evaluate(FOCUS_IN_PANEL)
+    panel.get_by_role("button", name="Start greeter.py").press("Enter")
+    expect(node).to_be_visible()
+    assert page.evaluate(FOCUS_IN_PANEL)
     page.set_viewport_size({"width": 390, "height": 800})
     page.wait_for_function(
         "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
@@ -117,6 +127,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
 
 
+FOCUS_IN_PANEL = "() => document.activeElement.closest('#ros2-course-nodes') !== null"
 MORE = """class Other(Node): pass
 for number in range(6):
     ros.start(Other, f'other_{number}_of_those_that_were_added_later')

@@ -84,6 +84,7 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
     },
     setFailed
   );
+  const memory = React.useRef<Memory>({ asked: '', open: new Set() });
   const message = instead(current, link);
   const shown = message === null && nodes ? nodes : [];
   return (
@@ -100,14 +101,11 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
       </div>
       <FirstCell current={current} link={link} />
       <ul className="ros-Nodes" aria-label="Nodes">
-        {shown.map((node, number) => (
-          <NodeItem
-            key={`${node.name} ${node.key} ${shown.slice(0, number).filter(same(node)).length}`}
-            node={node}
-            link={link!}
-            wanted={node.name === wanted && node.state === 'running'}
-          />
-        ))}
+        {shown.map((node, number) => {
+          const id = `${node.name} ${node.key} ${shown.slice(0, number).filter(same(node)).length}`;
+          const chosen = node.name === wanted && node.state === 'running';
+          return <NodeItem key={id} id={id} node={node} link={link!} wanted={chosen} memory={memory.current} />;
+        })}
       </ul>
       <Log link={link} nodes={shown.map(node => ({ name: node.name, key: node.key }))} />
     </>
@@ -119,10 +117,38 @@ function same(node: Node): (other: Node) => boolean {
   return other => other.name === node.name && other.key === node.key;
 }
 
-function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: boolean }): JSX.Element {
-  const [open, setOpen] = React.useState(wanted);
+/** What outlasts the item of a node that is restarted: for a moment there is none. */
+interface Memory {
+  asked: string; // the item whose button was pressed last
+  open: Set<string>;
+}
+
+interface Item {
+  id: string;
+  node: Node;
+  link: Link;
+  wanted: boolean;
+  memory: Memory;
+}
+
+function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
+  const [open, setOpen] = React.useState(wanted || memory.open.has(key));
   const button = React.useRef<HTMLButtonElement>(null);
-  React.useEffect(() => (wanted ? button.current?.focus() : undefined), []);
+  React.useLayoutEffect(() => {
+    const [row, panel] = [item.current!, item.current!.closest<HTMLElement>('.ros-Panel')];
+    if (wanted || (memory.asked === key && document.activeElement === panel)) {
+      button.current?.focus();
+    }
+    return () => {
+      if (row.contains(document.activeElement)) {
+        panel?.focus(); // the row goes, and would leave the focus nowhere
+      }
+    };
+  }, []);
+  const toggle = () => {
+    open ? memory.open.delete(key) : memory.open.add(key);
+    setOpen(!open);
+  };
   const [doing, setDoing] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
@@ -135,6 +161,10 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
     list.scrollTop += Math.max(0, Math.min(bottom - seen.bottom, top - seen.top));
   };
   const ask = async (method: string, what: string, params: object = { name: node.key }) => {
+    if (doing) {
+      return;
+    }
+    memory.asked = key;
     setDoing(what);
     setFailed('');
     try {
@@ -155,7 +185,7 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
           aria-label={`${node.name} ${state}`}
           aria-expanded={open}
           aria-controls={id}
-          onClick={() => setOpen(!open)}
+          onClick={toggle}
         >
           <span className="ros-mark" aria-hidden="true">
             {node.state === 'running' && trouble ? '▲' : MARK[node.state]}
@@ -170,15 +200,15 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
         {node.key && (
           <span className="ros-buttons">
             <button
-              disabled={doing !== ''}
+              aria-disabled={doing !== ''}
               onClick={() => void ask('nodes.restart', 'starting')}
               aria-label={`${node.state === 'running' ? 'Restart' : 'Start'} ${node.key}`}
             >
               {node.state === 'running' ? 'Restart' : 'Start'}
             </button>
             <button
-              disabled={doing !== '' || node.state !== 'running'}
-              onClick={() => void ask('nodes.stop', 'stopping')}
+              aria-disabled={doing !== '' || node.state !== 'running'}
+              onClick={() => node.state === 'running' && void ask('nodes.stop', 'stopping')}
               aria-label={`Stop ${node.key}`}
             >
               Stop
@@ -188,7 +218,7 @@ function NodeItem({ node, link, wanted }: { node: Node; link: Link; wanted: bool
         {node.process && (
           <span className="ros-buttons">
             <button
-              disabled={doing !== ''}
+              aria-disabled={doing !== ''}
               onClick={() => void ask('nodes.end', 'stopping', { process: node.process![0], born: node.process![1] })}
               aria-label={`Stop ${node.name}, process ${node.process[0]}`}
               title="Ends the program that has this node, as Ctrl-C in its terminal does"

@@ -641,11 +641,11 @@ body[data-jp-theme-light='false'] {
   padding: 1px 8px;
 }
 
-.ros-Panel button:not(:disabled) {
+.ros-Panel button:not(:disabled, [aria-disabled='true']) {
   cursor: pointer;
 }
 
-.ros-Panel button:disabled {
+.ros-Panel button:is(:disabled, [aria-disabled='true']) {
   opacity: 0.5;
 }
 
