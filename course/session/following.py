@@ -29,11 +29,12 @@ class LogFollower:
         self._held: list[bytes] = []  # messages held until it is known whether a program also prints them
         self._printed: dict[NodeProcess, int] = {}  # the number of lines read of each program
         self._ended: set[tuple[NodeProcess, int]] = set()  # reported ends of programs, with the reports before
+        self.older: int | None = None  # the number of entries, from before the first read, that exceeded its limit
 
     def read(self, limit: int) -> tuple[list[Entry], int]:
         """Return the newest entries, at most `limit` from the book and from each program, and the number of lost ones.
 
-        Entries are lost if they come faster than they are read, or exceed the limit.
+        Entries are lost if they come faster than they are read, or exceed the limit; at the first read, they are older.
         """
         programs = self._programs()
         self._printed = {each: self._printed.get(each, 0) for each in programs}
@@ -42,6 +43,8 @@ class LogFollower:
         for program in programs:
             entries, more = self._from_program(program, limit)
             found, lost = [*found, *entries], lost + more
+        if self.older is None:
+            self.older, lost = lost, 0
         return found, lost
 
     def _from_book(self, limit: int, programs: list[NodeProcess]) -> tuple[list[Entry], int]:

@@ -9,6 +9,7 @@ from course.session.live import Session
 from course.session.logs import LEVELS, Entry
 
 LINES = 200  # from each source in one event
+FIRST = 1000  # in the first one, which has what was logged before
 LONGEST = 2000  # characters of a line that are shown
 SEVERITY = {"PRINT": 20, "ENDED": 50} | {name: number for number, name in LEVELS.items()}
 
@@ -33,19 +34,20 @@ class LogFeed:
         self._follower: LogFollower | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"lines": [[level, node, text, stamp], ...], "lost": the number of lines that came too fast}.
+        """Return {"lines": [[level, node, text, stamp], ...], "lost": ..., "older": ...}.
 
-        A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known.
+        A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known.  "lost" is the
+        number of lines that came too fast, "older" that of lines left out that were there before the page listened.
         """
-        live = session()
+        live, limit = session(), LINES
         if live is not self._session or self._follower is None:
-            self._session = live
+            self._session, limit = live, FIRST
             self._follower = live.follow_logs(None if self._all else self._wanted)
-        entries, lost = self._follower.read(LINES)
+        entries, lost = self._follower.read(limit)
         if not entries and not lost:
             return None
         lines = [[entry.level, entry.node, _cut(entry.text), _stamp(entry.at)] for entry in entries]
-        return {"lines": lines, "lost": lost}
+        return {"lines": lines, "lost": lost, "older": self._follower.older if limit == FIRST else 0}
 
     def close(self) -> None:
         """Do nothing: the feed holds no resources."""

@@ -27,10 +27,11 @@ interface Line {
 interface Shown {
   lines: Line[];
   next: number;
-  lost: number;
+  lost: number; // came too fast
+  older: number; // from before the page listened, and left out
 }
 
-const EMPTY: Shown = { lines: [], next: 0, lost: 0 };
+const EMPTY: Shown = { lines: [], next: 0, lost: 0, older: 0 };
 
 export function Log({ link, nodes }: { link: Link | null; nodes: { name: string; key: string }[] }): JSX.Element {
   const [node, setNode] = React.useState('');
@@ -39,7 +40,7 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
   const text = useSettled(search, SEARCH);
   const up = link?.state === 'up';
   const listened = useSettled(up, FIRST);
-  const [{ lines, lost }, setShown] = React.useState<Shown>(EMPTY);
+  const [{ lines, lost, older }, setShown] = React.useState<Shown>(EMPTY);
   const [failed, setFailed] = React.useState('');
   const chosen = nodes.find(each => each.name === node);
   // A program's log lines have the name of its node, other output that of its file.
@@ -107,6 +108,8 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
       </div>
       <div className="ros-Log-lost">
         {failed}
+        {older > 0 && 'Older lines are not shown here: in a cell, ros.logs() has them.'}
+        {older > 0 && lost > 0 && ' '}
         {lost === 1 && 'One line is not shown: lines came faster than a page can show them.'}
         {lost > 1 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
       </div>
@@ -183,7 +186,7 @@ function two(value: number): string {
   return String(value).padStart(2, '0');
 }
 
-function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number }): Shown {
+function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number; older: number }): Shown {
   let next = before.next;
   const lines = [...before.lines];
   for (const [level, node, text, stamp] of data.lines) {
@@ -194,7 +197,7 @@ function added(before: Shown, data: { lines: [string, string, string, string][];
       lines.push({ id: next++, level, node, text, stamp, times: 1 });
     }
   }
-  return { lines: lines.slice(-KEPT), next, lost: before.lost + data.lost };
+  return { lines: lines.slice(-KEPT), next, lost: before.lost + data.lost, older: before.older + data.older };
 }
 
 /** Return a value once it is stable for a moment, so that not every key starts a new search. */
