@@ -2,6 +2,7 @@
 
 import ast
 import contextlib
+import os
 import re
 import signal
 import subprocess
@@ -17,6 +18,7 @@ from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
 from course.foundation import processes
+from course.foundation.waiting import wait_until
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
@@ -25,6 +27,7 @@ from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
 from course.session.failure_report import GUARDED, NEVER_CALLED, frame_at, of_program, text_at
+from course.session.guards import interruptible
 from course.session.hints import never_called
 from course.session.hints import type_name as field_type
 from course.session.live import current, live
@@ -218,14 +221,15 @@ def within(timeout: float, condition: Callable[[], object], process: Handle, ser
     """Wait until `condition()` holds; False after `timeout` s.
 
     It gives up earlier if the text of `process` shows why its callback of `service` may never answer, unless the
-    program has executors of its own: any of them may receive the response.
+    program has executors of its own: any of them may receive the response.  Callbacks of the session's own nodes that
+    do not return meanwhile, such as those of a check's server, which holds its answers back, are not told of.
     """
-    session = live()
-    if session.until(condition, min(timeout, BLOCKED)):
-        return True
-    source = process.source if isinstance(process, NodeProcess) else ""
-    hopeless = "ThreadedExecutor(" not in source and blocked(source, service)
-    return not hopeless and session.until(condition, timeout - BLOCKED)
+    with interruptible():
+        if wait_until(condition, min(timeout, BLOCKED)):
+            return True
+        source = process.source if isinstance(process, NodeProcess) else ""
+        hopeless = "ThreadedExecutor(" not in source and blocked(source, service)
+        return not hopeless and bool(wait_until(condition, timeout - BLOCKED))
 
 
 def why_silent(file: str) -> str:
@@ -315,6 +319,21 @@ def one_thread(file: str) -> str:
                 "runs, no other one does. A MultiThreadedExecutor that has the node, and is spun itself, has several."
             )
     return ""
+
+
+def few_threads(file: str, callers: int) -> str:
+    """Return lines about an executor that has not more threads than so many callers can block; '' otherwise."""
+    source = text_at(Path(file))
+    made = list(calls(parse_program(source), "MultiThreadedExecutor"))
+    given = argument(made[0], 0, "num_threads") if len(made) == 1 else None
+    count = getattr(given, "value", None) if given else os.cpu_count()
+    if len(made) != 1 or not isinstance(count, int) or count > callers:
+        return ""
+    return (
+        f"\n{frame_at(file, made[0].lineno, source)}\nThis has {count} threads{'' if given else ', one for each processor'}. "
+        f"A callback that blocks while it waits keeps one of them, and {callers} callers at once leave none that could "
+        "receive an answer."
+    )
 
 
 def sleeps(file: str, maker: str) -> str:

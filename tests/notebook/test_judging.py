@@ -1,6 +1,8 @@
 """What public checks begin with: a program that is asked, refused files, and names that others use."""
 
 import json
+import linecache
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -305,8 +307,35 @@ class Silent:
 )
 def test_a_callback_that_never_answers_by_its_text_is_not_waited_for(monkeypatch, body, waited):
     silent = Silent()
-    monkeypatch.setattr(judging, "live", lambda: silent)
+    monkeypatch.setattr(judging, "wait_until", silent.until)
     monkeypatch.setattr(judging, "NodeProcess", SimpleNamespace)
     text = f"def ask(request, response):\n    {body}\n\nnode.create_service(Ask, '/ask', ask)\n"
     assert not judging.within(5.0, lambda: False, SimpleNamespace(source=text), "/ask")
     assert silent.waited == waited
+
+
+HOLDS = """
+class Holds(Node):
+    def __init__(self):
+        super().__init__("holds")
+        self.begun, self.let_go = threading.Event(), threading.Event()
+        self.create_service(Trigger, "/holds", self.answer)
+
+    def answer(self, request, response):
+        self.begun.set()
+        self.let_go.wait(20.0)
+        return response
+"""
+
+
+def test_a_server_of_a_check_that_holds_its_answers_back_is_not_told_of(session, monkeypatch):
+    cell = "/tmp/ipykernel_1/1.py"
+    monkeypatch.setitem(linecache.cache, cell, (len(HOLDS), None, HOLDS.splitlines(keepends=True), cell))
+    given = {"Node": Node, "Trigger": Trigger, "threading": threading, "__name__": "__main__"}
+    exec(compile(HOLDS, cell, "exec"), given)
+    node = session.start(given["Holds"]).node
+    session.node.create_client(Trigger, "/holds").call_async(Trigger.Request())
+    assert node.begun.wait(10.0)
+    assert not judging.within(judging.BLOCKED + 4.0, lambda: False, SimpleNamespace(source=""), "/relay")
+    assert not session.watch.notices()
+    node.let_go.set()

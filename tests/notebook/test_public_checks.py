@@ -481,6 +481,10 @@ ENDLESS = """        turns = 0.0
         if right > 1.2:"""
 ASKED = "        answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))\n"
 SAID = "        response.success = True\n        response.message = f'{a} + {b} = {answer.sum}'\n"
+LARGEST = """        self.largest = max(answer.sum, getattr(self, 'largest', 0))
+        response.success = True
+        response.message = str(self.largest)
+"""
 PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
 
     async def probe(self):
@@ -740,6 +744,15 @@ def each_night(*case: str):
             "= {a + b}'",
             "The message must contain the sum that was received, not one of the relay's own",
         ),
+        (
+            "services",
+            "relay",
+            "relay.py",
+            SAID,
+            LARGEST,
+            "and a server that answers 542: std_srvs.srv.Trigger_Response(success=True, message='643'). "
+            "That is the answer to another caller: ",
+        ),
         each_night(
             "services",
             "relay",
@@ -770,6 +783,25 @@ def each_night(*case: str):
 def test_a_check_holds_a_sentence_of_its_task(empty, exercise, check, file, old, new, says):
     files = answers.changed(answers.solution(exercise), file, (old, new))
     assert says in Page(exercise).judge(files, check)[check]
+
+
+FOUR_THREADS = (
+    ("import rclpy\n", "import rclpy\nfrom rclpy.executors import MultiThreadedExecutor\n"),
+    ("async def relay", "def relay"),
+    ("await self.client.call_async(", "self.client.call("),
+    ("        rclpy.spin(node)\n", "        executor = MultiThreadedExecutor(4)\n"
+     "        executor.add_node(node)\n        executor.spin()\n"),
+)  # fmt: skip
+
+
+def test_a_check_counts_the_threads_that_six_callers_block(empty):
+    files = answers.changed(answers.solution("services"), "relay.py", *FOUR_THREADS)
+    said = Page("services").judge(files, "relay")["relay"]
+    assert said.startswith("six callers at once, with /add_two_ints: 0 of them had an answer within 5 s\n"), said
+    assert "\n    answer = self.client.call(" in said
+    assert (
+        "\nThis has 4 threads. A callback that blocks while it waits keeps one of them, and 6 callers at once " in said
+    )
 
 
 def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):
