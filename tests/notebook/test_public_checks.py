@@ -736,6 +736,17 @@ def each_night(*case: str):
             ),
             "the emergency stop ended without a request",
         ),
+        each_night(
+            "services",
+            "motor-service",
+            "motor_service.py",
+            "        self.stopped = request.data\n",
+            (
+                "        self.stopped = request.data\n        [each.cancel() for each in list(self.timers)]\n"
+                "        self.create_timer(1.0, lambda: setattr(self, 'stopped', False))\n"
+            ),
+            "the emergency stop ended without a request",
+        ),
         (
             "services",
             "relay",
