@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -22,12 +23,15 @@ from course.foundation.waiting import wait_until
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
+from course.notebook.command_line import lost_status
 from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
+from course.session.domains import claim_domain
 from course.session.failure_report import GUARDED, NEVER_CALLED, frame_at, of_program, text_at
 from course.session.guards import interruptible
+from course.session.hangs import THREADS
 from course.session.hints import never_called
 from course.session.hints import type_name as field_type
 from course.session.live import current, live
@@ -68,6 +72,7 @@ ONE_AT_A_TIME = (
     "before has ended, also while that one awaits."
 )
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
+PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
 ENDING = 1.0  # s for it to report where it is
 
 
@@ -99,6 +104,58 @@ def beside(file: str, *arguments: str) -> NodeProcess:
     """
     as_it_lies(file)
     return NodeProcess(Path(file), list(arguments))
+
+
+class Alone:
+    """A run of the client `file` with these words where it finds no server, beside what a check does meanwhile.
+
+    It has a ROS domain of its own, and is ended when it does not give up.
+    """
+
+    def __init__(self, file: str, *arguments: str):
+        as_it_lies(file)
+        self._where = self._why = ""
+        self._process: NodeProcess | None = None
+        with contextlib.suppress(LiveError):  # no domain is free: then this is left out
+            self._claim, domain = claim_domain()
+            self._process = NodeProcess(Path(file), list(arguments), domain=domain)
+            threading.Thread(target=self._watch, args=[self._process], daemon=True).start()
+
+    def _watch(self, process: NodeProcess) -> None:
+        """End the program after it was seen asleep for longer than a client may wait; the looks are counted."""
+        looks, asleep = 0, 0
+        with self._claim:
+            while not wait_until(lambda: process.ended, LOOK, alert=False):
+                looks += 1
+                asleep += process.asleep
+                if asleep * LOOK >= PATIENT or looks * LOOK >= MOST:
+                    self._end(process)
+
+    def _end(self, process: NodeProcess, why: str = "") -> None:
+        why = why or process.endless_wait()
+        self._where, self._why = busy(process), why and f"\n{why}"
+        process.stop()
+
+    def gives_up(self) -> None:
+        """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0."""
+        process, session, why = self._process, live(), ""
+        if process is None:
+            return
+        while not session.until(lambda: process.ended, KNOWN):
+            before, why = why, process.endless_wait()
+            if why and why == before and not THREADS.search(process.source):
+                self._end(process, why)
+        if process.stopped:
+            raise ExerciseError(
+                f"without a server, {process.name} must say so, and end after 10 s at most: it still waited"
+                f"{self._where}{self._why}"
+            )
+        if not process.output.strip() or process.returncode == 0:
+            raise ExerciseError(
+                f"without a server, {process.name} must say so, and its exit status must not be 0; it was "
+                f"{process.returncode}{lost_status(process.name, process.returncode or 0)}\n"
+                f"{process.output.strip() or 'it printed nothing'}"
+            )
 
 
 def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:

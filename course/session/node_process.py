@@ -42,14 +42,21 @@ class NodeProcess:
     """
 
     def __init__(
-        self, path: Path, arguments: list[str], changed: Callable[[], None] = lambda: None, introspecting: bool = False
+        self,
+        path: Path,
+        arguments: list[str],
+        changed: Callable[[], None] = lambda: None,
+        introspecting: bool = False,
+        domain: int | None = None,
     ):
-        """Start it; with `introspecting`, its services are introspected.
+        """Start it, in another ROS `domain` if one is given; with `introspecting`, its services are introspected.
 
         `changed` is called, in another thread, when it has ended or one of its goals has failed.
         """
         self._stacks = Stacks()
         self._variables = self._stacks.environment(os.environ, introspecting=introspecting)
+        if domain is not None:
+            self._variables = {**self._variables, "ROS_DOMAIN_ID": str(domain)}
         self._changed = changed
         self.path = path.absolute()
         self.name = path.name
@@ -236,6 +243,10 @@ class NodeProcess:
     def beginning(self, *, endless: bool = False) -> tuple[Frame, ...]:
         """Return the frames of the program if it runs no callbacks yet, as `hangs.beginning` does; else ()."""
         return self._stacks.beginning(self.pid, self.path, endless=endless) if self.alive else ()
+
+    def endless_wait(self) -> str:
+        """Return why the program waits without end where there is no server, as `endless_waits.endless_wait` does."""
+        return self._stacks.endless_wait(self.pid, self.path, {}) if self.alive else ""
 
     @property
     def asleep(self) -> bool:
