@@ -166,8 +166,9 @@ def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -
     session = live()
     for end in ends:
         met, maker, name = _other_end(end)
-        if session.until(met, min(timeout, KNOWN)):
-            continue
+        with interruptible():
+            if wait_until(met, min(timeout, KNOWN)):  # `until` would tell of the QoS, too
+                continue
         if not isinstance(end, ActionClient) and (why := session.misfit(end)):
             raise LiveError(why)
         if session.cannot_come(maker, name) or not session.until(met, timeout - KNOWN):

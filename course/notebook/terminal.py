@@ -19,7 +19,7 @@ from course.errors import ExerciseError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import POLL, lookouts
 from course.session.endless_waits import EndlessSpin
-from course.session.failure_report import MARK, Frame, frame_at, of_program, text_at
+from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at
 from course.session.guards import say
 from course.session.live import Session, current
 from course.session.logs import node_of_line
@@ -168,6 +168,9 @@ def _run(command: str, timeout: float, until: str, failed: threading.Event) -> t
             f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a blank after the colon, "
             "below `ros__parameters:`, with two underscores.\n"
         )
+    path = _program(words)
+    if status < 0 and path and (left := left_thread(output, text_at(path))):
+        output = f"{output.rstrip()}\nHint: {left}\n"
     logging = {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
     tabs = with_tabs(words) if "Couldn't parse params file" in output else []
     for why in (*tabs, *unread_files(words, logging)):

@@ -68,6 +68,8 @@ THREAD_ENDED = "Exception in thread "  # printed by Python, with the thread's na
 LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
+TERMINATED = "terminate called without an active exception"  # printed by C++
+THREAD = re.compile(r"\bThread\b|_thread\b|ThreadPoolExecutor")  # what starts one
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
 MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # code that students need not read
@@ -104,6 +106,16 @@ class Frame:
 def frame_at(place: str, line: int, source: str) -> Frame:
     """Return the frame of a line of a file's text, outside of functions."""
     return Frame(place, line, "", source.splitlines()[line - 1].strip())
+
+
+def left_thread(output: str, source: str) -> str:
+    """Return the hint on a program that C++ has ended because one of its threads still ran at its end; else ''."""
+    if TERMINATED not in output or not THREAD.search(source):
+        return ""
+    return (
+        "A thread of it, such as one that spins, still ran when the program ended. End that first: "
+        "`executor.shutdown()`, or `rclpy.shutdown()`, lets it return, and `thread.join()` waits for that."
+    )
 
 
 def _fatal(path: Path, output: str, source: str) -> tuple[Frame, ...]:
@@ -178,6 +190,8 @@ def of_program(
         return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))
     if never_called(source):
         why = NEVER_CALLED
+    elif status < 0 and (left := left_thread(output, source)):
+        why = left
     elif status == 0 and (idle := makes_no_node(source)):
         why = idle
     elif status == 0 and never_spins(source):

@@ -650,6 +650,14 @@ def each_night(*case: str):
             "self.get_clock().now().nanoseconds / 1e9",
             "the step is in real seconds, by time.monotonic(), also with use_sim_time",
         ),
+        (
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "effort = (self.value('kp') *",
+            "effort = ((self.__dict__.setdefault('kp', self.value('kp'))) *",
+            "with kp = 4, set after the start, an error of 2 must give 8.0; it gave 2.0, which is what kp = 1 gives",
+        ),
         each_night(
             "calculator",
             "calculator-server",
@@ -845,6 +853,17 @@ def test_a_check_counts_the_threads_that_six_callers_block(empty):
     assert (
         "\nThis has 4 threads. A callback that blocks while it waits keeps one of them, and 6 callers at once " in said
     )
+
+
+def test_a_quality_of_service_that_does_not_fit_is_told_once(empty):
+    last = "1, durability=__import__('rclpy.qos').qos.DurabilityPolicy.TRANSIENT_LOCAL"
+    files = answers.changed(
+        answers.solution("parameters"),
+        "pid_node.py",
+        ("'error', self.error_callback, 10", f"'error', self.error_callback, rclpy.qos.QoSProfile(depth={last})"),
+    )
+    assert "settings are incompatible" in Page("parameters").judge(files, "pid-node")["pid-node"]
+    assert not [notice for notice in live.live().watch.notices() if "incompatible" in notice]
 
 
 def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):

@@ -317,3 +317,12 @@ def test_a_program_that_goes_on_when_a_node_has_failed_is_left_to_it(tmp_path, s
     assert run(tmp_path, prints)[1] == 0
     session.untold = ["server.py ended"]
     assert run(tmp_path, "import time\ntime.sleep(3)\n", timeout=USUAL + 1) == ("", 0)
+
+
+def test_a_thread_that_still_runs_at_the_end_of_a_program_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    program = "import os, sys\nfrom threading import Thread\n\nos.write(2, b'{}')\nos.abort()\n"
+    (tmp_path / "client.py").write_text(program.format("terminate called without an active exception\\n"))
+    ((_, output, status),) = terminal("python3 client.py").runs
+    assert status == -6
+    assert "\nHint: A thread of it, such as one that spins, still ran when the program ended. " in output
