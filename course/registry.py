@@ -29,6 +29,7 @@ class NodeRecord:
     services: list[str] = field(default_factory=list)
     stories: list[str] = field(default_factory=list)  # texts about its exceptions and its end
     told: list[float] = field(default_factory=list)  # time.time() of each report
+    makes: list[str] | None = None  # the services that it can make by its text, as written there; None for any
 
 
 @dataclass(frozen=True)

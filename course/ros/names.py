@@ -46,6 +46,11 @@ def is_of_every_node(service: str) -> bool:
     return service.rpartition("/")[2] in SERVICES_OF_EVERY_NODE
 
 
+def can_be(full_name: str, written: str) -> bool:
+    """Return True if a name `written` in a program, `asks` or `~/asks`, is `full_name` in some namespace."""
+    return full_name.endswith(f"/{written.lstrip('~/')}")
+
+
 def base(node_name: str) -> str:
     """Return the name of a node without its namespace."""
     return node_name.rpartition("/")[2]

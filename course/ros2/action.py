@@ -171,7 +171,7 @@ def _follow(
 
     status = ServerStatus(f"{args.action_name}/_action/send_goal")
     print("Waiting for an action server to become available...")
-    if report := wait_for_server(graph, status, client.server_is_ready, graph.actions, "action"):
+    if report := wait_for_server(graph, status, client.server_is_ready, graph.actions, "action", args.action_type):
         return report
     for stamp in stamps:
         stamp(graph.node.get_clock().now().to_msg())

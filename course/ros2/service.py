@@ -166,7 +166,7 @@ def call(args: Namespace) -> str | None:
         # waits.
         if not graph.settle(ready):
             print("waiting for service to become available...")
-            if report := wait_for_server(graph, status, ready, graph.services, "service"):
+            if report := wait_for_server(graph, status, ready, graph.services, "service", args.service_type):
                 return report
         while True:
             for stamp in stamps:

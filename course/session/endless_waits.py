@@ -71,6 +71,13 @@ def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -
             return why
         if any(_may_spin(each, path) for each in found if each is not thread):
             continue
+        called = any(of_rclpy(call) == (EXECUTORS, CALLBACK) for call in thread[own:])
+        if waiting in BLOCKING and called:
+            return (
+                f"`{waiting}(...)` in line {line} waits in a callback for a response that only this node's executor "
+                f"can receive, and nothing else of it runs until that callback returns. Use `{waiting}_async(...)`, "
+                "and do not wait for its future there: `future.add_done_callback(...)` runs a function once it is done."
+            )
         if waiting in BLOCKING:
             return (
                 f"`{waiting}(...)` in line {line} waits for a response that can only be received while the node is "

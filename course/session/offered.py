@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from course.ros.names import base, is_of_every_node
+from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
 from course.session.source import argument, calls, name_of, parse
 from course.session.watch import Handle
@@ -28,10 +28,26 @@ def may_serve(source: str, service: str) -> bool:
     """
     if is_of_every_node(service):
         return not source or base(service.rpartition("/")[0]) in source
-    if source and not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source)):
+    if source and _without_ros(source):
         return False
     others = other_names(source, "create_service", service)
     return "/_action/" in service or not (others or _has_none(source, "create_service"))
+
+
+def services_made(source: str) -> list[str] | None:
+    """Return the services that a program can make by its text, as written there; None if it may make any.
+
+    Those that every node has are among them, unless it makes no node.
+    """
+    if not source:
+        return None
+    if _without_ros(source):
+        return []
+    made = [argument(call, *MAKERS["create_service"]) for call in calls(parse(source), "create_service")]
+    names = [given.value for given in made if isinstance(given, ast.Constant) and isinstance(given.value, str)]
+    if len(names) < len(made) or "ActionServer" in source or not (names or _has_none(source, "create_service")):
+        return None
+    return [*names, *sorted(SERVICES_OF_EVERY_NODE)]
 
 
 def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
@@ -44,7 +60,7 @@ def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
         given = argument(call, *MAKERS[maker])
         if not (isinstance(given, ast.Constant) and isinstance(given.value, str)):
             return []
-        if f"/{name}".endswith(f"/{given.value.lstrip('~/')}"):
+        if can_be(f"/{name}", given.value):
             return []
         found.append((given.value, call.lineno))
     return found
@@ -56,6 +72,11 @@ def none_will_offer(handles: Mapping[str, Handle], maker: str, name: str) -> boo
         return False
     texts = [each.source for each in list(handles.values()) if isinstance(each, NodeProcess) and each.alive]
     return bool(texts) and all(other_names(text, maker, name) or _has_none(text, maker) for text in texts)
+
+
+def _without_ros(source: str) -> bool:
+    """Return True if a program imports neither rclpy nor the course, nor files beside it, which might do so."""
+    return not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source))
 
 
 def _has_none(source: str, maker: str) -> bool:

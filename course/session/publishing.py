@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from course import registry
 from course.foundation import processes
 from course.session.domains import kernel_id
+from course.session.offered import services_made
 from course.session.watch import Handle
 
 
@@ -47,6 +48,7 @@ class Publishing:
                 sorted(handle.services),
                 [str(report) for report in handle.reports],
                 [report.at for report in handle.reports],
+                services_made(handle.source) if handle.reports else None,
             )
             for handle in list(self._handles.values())
             for name in handle.nodes or [handle.name]

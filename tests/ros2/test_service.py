@@ -4,8 +4,13 @@ import os
 import re
 import select
 import signal
+from dataclasses import replace
 
 import pytest
+
+from course import registry
+from course.foundation.processes import birth
+from tests.ros2.conftest import Command
 
 ADD = ("/add_two_ints", "example_interfaces/srv/AddTwoInts")
 EVENT = """\
@@ -141,6 +146,48 @@ def test_call_of_a_service_that_does_not_answer_says_after_a_while_that_it_waits
     assert program.poll() is None
     program.send_signal(signal.SIGINT)
     program.communicate(timeout=30.0)
+
+
+def waiting_line(program) -> str:
+    """Return the first line on stderr of a command that waits, and end it."""
+    try:
+        assert select.select([program.stderr], [], [], 30.0)[0]
+        return program.stderr.readline()
+    finally:
+        program.kill()
+        program.communicate()
+
+
+@pytest.mark.parametrize(
+    ("words", "kind", "asked"),
+    [
+        ("service call /add_two_ints", "example_interfaces/srv/AddTwoInts", "std_srvs/srv/Trigger"),
+        ("action send_goal /fibonacci", "example_interfaces/action/Fibonacci", "course_interfaces/action/Lift"),
+    ],
+)
+def test_a_name_of_another_type_is_told_with_the_line_to_write(ros2, words, kind, asked):
+    name = words.split()[-1]
+    assert waiting_line(ros2.start(*words.split(), asked)) == (
+        f"still waiting; {name} is served with the type {kind}, and you ask for {asked}. Ctrl-C ends this; then write: "
+        f"ros2 {words} {kind} ...\n"
+    )
+
+
+@pytest.mark.parametrize("name", ["/add_two_ints", "/add_too_ints"])
+def test_a_program_that_has_ended_and_never_served_the_name_is_not_blamed(ros2, monkeypatch, tmp_path, name):
+    """`makes` are the services that it could make."""
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    node = registry.NodeRecord("hello.py", "ended", False, 0.0, "", stories=["hello.py ended."], told=[0.0], makes=[])
+    domain, pid = int(ros2.environment["ROS_DOMAIN_ID"]), os.getpid()
+    record = registry.SessionRecord(pid, domain, "", 0.0, birth(pid), [node])
+    registry.write(record)
+    here = Command(ros2.environment | {"XDG_RUNTIME_DIR": str(tmp_path)})
+    said = waiting_line(here.start("service", "call", name, "std_srvs/srv/Trigger"))
+    assert said.startswith("still waiting; ") and "/add_two_ints" in said
+    registry.write(replace(record, nodes=[replace(node, makes=["~/add_too_ints"])]))
+    if name == "/add_too_ints":
+        done = here("service", "call", name, "std_srvs/srv/Trigger")
+        assert done.stderr == "There is no such service. hello.py ended.\n"
 
 
 def test_call_waits_for_a_service_that_is_not_there(alone):

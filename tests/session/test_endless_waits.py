@@ -70,7 +70,10 @@ def test_a_call_whose_answer_another_thread_may_receive(tmp_path, other):
 
 
 def test_a_call_in_a_callback_of_the_thread_that_spins(tmp_path):
-    assert why(tmp_path, CALLS + HANDLER + SPINS + MAIN).startswith("`call(...)` in line 6")
+    """Spinning there would be the next mistake."""
+    said = why(tmp_path, CALLS + HANDLER + SPINS + MAIN)
+    assert said.startswith("`call(...)` in line 6 waits in a callback")
+    assert "spin_until" not in said and "add_done_callback" in said
 
 
 @pytest.mark.parametrize("stack", [CALLS, WAITS])

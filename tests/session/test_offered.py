@@ -2,7 +2,8 @@
 
 import pytest
 
-from course.session.offered import _has_none, other_names
+from course.ros.names import SERVICES_OF_EVERY_NODE
+from course.session.offered import _has_none, other_names, services_made
 from tests.hidden import answers
 
 SERVER = "class Server(Node):\n    def __init__(self):\n        self.create_service(Ask, {name}, self.ask)\n"
@@ -36,6 +37,15 @@ def test_a_program_that_makes_none_at_all(tmp_path, monkeypatch):
     assert not _has_none("print('no class')", "create_service")
     (tmp_path / "agent.py").touch()  # it may make one for the node
     assert not _has_none(text, "create_service")
+
+
+def test_the_services_that_a_program_can_make():
+    own = "import rclpy\n" + SERVER
+    assert services_made(own.format(name="'~/asks'")) == ["~/asks", *sorted(SERVICES_OF_EVERY_NODE)]
+    assert services_made(own.format(name="NAME")) is None
+    assert services_made("print('no node')") == []
+    assert services_made("import rclpy\n\nclass Server(Node):\n    pass\n") == sorted(SERVICES_OF_EVERY_NODE)
+    assert services_made("") is None
 
 
 NEEDED = {
