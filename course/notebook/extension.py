@@ -91,16 +91,27 @@ def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_o
     if "NBGRADER_VALIDATING" in os.environ and isinstance(error, AssertionError):
         error._render_traceback_ = lambda: [f"{kind.__name__}: {error}"]  # type: ignore[attr-defined]
     shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
-    if why := reason(error, Path()) or _known(error):
+    unquoted = isinstance(error, NameError) and "course.check(" in _line(trace)
+    if why := (unquoted and _known(error)) or reason(error, Path()) or _known(error):
         print(why, file=sys.stderr)
 
 
 def _interrupted(trace: Any) -> str:
-    from course.session.source import is_cell
-
-    at = [frame for frame in traceback.extract_tb(trace) if is_cell(frame.filename)]
+    at = _in_cells(trace)
     where = f" in line {at[-1].lineno}, `{at[-1].line}`" if at else ""
     return f"KeyboardInterrupt: the cell was interrupted{where}."
+
+
+def _in_cells(trace: Any) -> list[traceback.FrameSummary]:
+    from course.session.source import is_cell
+
+    return [frame for frame in traceback.extract_tb(trace) if is_cell(frame.filename)]
+
+
+def _line(trace: Any) -> str:
+    """Return the line of a cell in which an error was raised."""
+    at = _in_cells(trace)
+    return at[-1].line or "" if at else ""
 
 
 def _known(error: Exception) -> str:
@@ -138,7 +149,15 @@ def _missing_package(package: str, folder: Path) -> str:
         if first[:1] == ["%%exercise"] and package in first[2:]:
             gone = "" if (path.parent / first[1]).exists() else f" ({first[1]} no longer exists)"
             return f"Hint: the cell `{' '.join(first)}` builds {package}: run it first{gone}."
+        if first[:1] != ["%%exercise"] and (built := _builds(cell.source, package)):
+            return f"Hint: the cell of {path.name} with the line `{built}` builds {package}: run it first."
     return ""
+
+
+def _builds(source: str, package: str) -> str:
+    """Return the line of a cell that builds a package: `build("my_package", {...`; '' if none does."""
+    begun = re.compile(rf"\s*(?:\w+ = )?build\(\s*([\"']){re.escape(package)}\1")
+    return next((line.strip()[:60] for line in source.splitlines() if begun.match(line)), "")
 
 
 def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:

@@ -107,9 +107,8 @@ def _outcome(ran: NotebookNode) -> str:
     if error is None:
         return ""
     if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the time limit
-        marked = [line for text in error.traceback for line in COLOUR.sub("", text).splitlines() if "-> " in line]
-        at = f", in `{re.sub(r'^-+> *[0-9]+', '', marked[0]).strip()}`" if marked else ""
-        return f"not yet: it had not finished after {CELL} s{at}"
+        marked = re.search(r" in line \d+, (`.*`)\.$", COLOUR.sub("", "\n".join(error.traceback)))
+        return f"not yet: it had not finished after {CELL} s{f', in {marked[1]}' if marked else ''}"
     why = COLOUR.sub("", error.evalue).strip()
     return f"not yet: {why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
 

@@ -12,6 +12,7 @@ import inspect
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -111,6 +112,12 @@ def client_of(node: Node, future: Future) -> Client | ActionClient | None:
     return None
 
 
+def is_served(client: Client | ActionClient) -> bool:
+    """Return True if a client, or an action client, has found a server."""
+    ready = getattr(client, "server_is_ready", None) or client.service_is_ready  # type: ignore[union-attr]
+    return bool(ready())
+
+
 class _Kept(dict[bytes, Callable[..., Any]]):
     """Callbacks that are never removed."""
 
@@ -175,10 +182,17 @@ class GoalFault(Enum):
 
     NO_DECISION = "the goal callback returned no GoalResponse: rclpy rejects the goal"
     NO_STATE = "the execute callback set no final state: rclpy aborts the goal"
-    NO_RESULT = "the execute callback returned no result"
 
 
-def watch_goals(tell: Callable[[Node, Exception | GoalFault], None]) -> Callable[[], None]:
+@dataclass(frozen=True)
+class NoResult:
+    """An execute callback that returned something else than a result."""
+
+    callback: Callable[..., Any]
+    returned: Any
+
+
+def watch_goals(tell: Callable[[Node, Exception | GoalFault | NoResult], None]) -> Callable[[], None]:
     """Call `tell` with each fault of a goal callback or an execute callback of this process.
 
     Its arguments are the node, and the exception of the execute callback or what was wrong otherwise.  Returns a
@@ -210,7 +224,7 @@ def watch_goals(tell: Callable[[Node, Exception | GoalFault], None]) -> Callable
                     result = await await_or_execute(execute_callback, handle)
                     made = isinstance(result, self._action_type.Result)
                     if handle.is_active or not made:
-                        tell(self._node, GoalFault.NO_STATE if made else GoalFault.NO_RESULT)
+                        tell(self._node, GoalFault.NO_STATE if made else NoResult(execute_callback, result))
                     return result if made else self._action_type.Result()
                 except Exception as error:
                     tell(self._node, error)

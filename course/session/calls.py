@@ -15,7 +15,7 @@ from rclpy.task import Future
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
-from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of
+from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
 from course.session.failure_report import of_thread
 from course.session.guards import say
 from course.session.interface_usage import is_of
@@ -234,7 +234,7 @@ class Calls:
         session's nodes dies, or raises an exception, meanwhile.
         """
         client = client_of(self.node, future)
-        gone = Lasting(lambda: client is not None and not _is_served(client), GONE)
+        gone = Lasting(lambda: client is not None and not is_served(client), GONE)
         hanging = self.hanging(_name(client), math.inf) if client is not None else str
 
         def look() -> None:
@@ -251,7 +251,7 @@ class Calls:
     def _unserved(self, future: Future) -> str:
         """Return why nobody has received what a future of a client of this node waits for; '' if a server is there."""
         client = client_of(self.node, future)
-        if client is None or _is_served(client):
+        if client is None or is_served(client):
             return ""
         if isinstance(client, ActionClient):
             return f". {unserved(self.node, client)}"
@@ -438,7 +438,3 @@ class Calls:
 
 def _name(client: Client | ActionClient) -> str:
     return action_name(client) if isinstance(client, ActionClient) else client.service_name
-
-
-def _is_served(client: Client | ActionClient) -> bool:
-    return client.server_is_ready() if isinstance(client, ActionClient) else client.service_is_ready()

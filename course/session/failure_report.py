@@ -7,6 +7,7 @@ import ast
 import linecache
 import os
 import re
+import reprlib
 import signal
 import time
 import traceback
@@ -18,17 +19,20 @@ from typing import Any
 
 from rclpy.exceptions import InvalidHandle, NotInitializedException
 
-from course.ros.rclpy_internals import GoalFault
+from course.ros.rclpy_internals import GoalFault, NoResult
 from course.session.clashes import other_type
 from course.session.hints import hint, makes_no_node, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
+from course.session.overwritten import with_article
 from course.session.source import (
     defined,
     ends_its_node,
     exits,
+    functions,
     is_cell,
     no_list,
     no_result,
+    parse,
     spins_once,
     wrong_guard,
     wrong_return,
@@ -59,11 +63,8 @@ ABOUT_GOALS = {  # the ending, and the hint
         NO_STATE,
         "Call `goal_handle.succeed()`, `canceled()` or `abort()` before you return the result.",
     ),
-    GoalFault.NO_RESULT: (
-        "ended an execute callback without returning a result",
-        "End the execute callback with `return TheType.Result(...)`, on every path through it.",
-    ),
 }
+RETURN_A_RESULT = "End the execute callback with `return TheType.Result(...)`, on every path through it."
 THREAD_ENDED = "Exception in thread "  # printed by Python, with the thread's name
 LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
@@ -261,6 +262,25 @@ def of_goal(who: str, fault: GoalFault) -> FailureReport:
     """Return the report on a goal whose callback returned wrongly."""
     ending, why = ABOUT_GOALS[fault]
     return FailureReport(who, ending, hint=why)
+
+
+def of_no_result(who: str, fault: NoResult) -> FailureReport:
+    """Return the report on an execute callback that returned something else than a result, with its line."""
+    ending = "ended an execute callback without returning a result"
+    frames: tuple[Frame, ...] = ()
+    if fault.returned is not None:
+        ending = (
+            f"returned {reprlib.repr(fault.returned)}, {with_article(type(fault.returned).__name__)}, and no result "
+            "from an execute callback"
+        )
+    code = getattr(fault.callback, "__code__", None)
+    if code and _is_own(code.co_filename):
+        made = [each for each in functions(parse(text_of(fault.callback))) if each.name == code.co_name]
+        returns = [node for each in made for node in ast.walk(each) if isinstance(node, ast.Return) and node.value]
+        line = returns[0].lineno if len(returns) == 1 and fault.returned is not None else code.co_firstlineno
+        text = linecache.getline(code.co_filename, line).strip()
+        frames = (Frame(place_of(code.co_filename), line, "", text),)
+    return FailureReport(who, ending, "", frames, RETURN_A_RESULT)
 
 
 def hint_on(error: Exception) -> str:

@@ -24,7 +24,7 @@ from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
 from course.foundation.waiting import wait_until
-from course.ros.rclpy_internals import is_shut_down, replace_in_rclpy
+from course.ros.rclpy_internals import client_of, is_served, is_shut_down, replace_in_rclpy
 from course.session.source import is_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
@@ -69,6 +69,7 @@ class Guards:
             replace_in_rclpy(self._executor_spin, Executor, "spin"),
             replace_in_rclpy(self._wait_for_server, Client, "wait_for_service"),
             replace_in_rclpy(self._wait_for_server, ActionClient, "wait_for_server"),
+            replace_in_rclpy(self._call, Client, "call"),
         ]
 
     def remove(self) -> None:
@@ -139,7 +140,11 @@ class Guards:
             spun = node.executor is not None and executor is None
             if spun and in_main_thread():
                 say(f"spin_until_future_complete is not needed here: {SPUN}. Write ros.wait(future).")
-                wait_until(future.done, limit)
+                client = client_of(node, future)
+                done = wait_until(future.done, min(limit, TELLING), alert=False)
+                if not done and client is not None and not is_served(client):
+                    say(f"The future is still not done. {self._apart(client)} The ■ button ends this.")
+                wait_until(future.done, limit - TELLING)
                 return
             if spun:
                 self._notice(
@@ -177,6 +182,29 @@ class Guards:
                 return original(self_, None)
 
         return wait
+
+    def _call(self, original: Callable[..., Any]) -> Callable[..., Any]:
+        def call(self_: Client, request: Any, timeout_sec: float | None = None) -> Any:
+            if not in_main_thread():
+                return original(self_, request, timeout_sec)
+
+            def tell() -> None:
+                if not self_.service_is_ready():
+                    say(
+                        f"`call(...)` still waits for an answer from {self_.service_name}. {self._apart(self_)} The ■ "
+                        "button ends this; a server that starts later does not get this request."
+                    )
+
+            timer = threading.Timer(TELLING, tell)
+            timer.daemon = True
+            timer.start()
+            try:
+                with interruptible():
+                    return original(self_, request, timeout_sec)
+            finally:
+                timer.cancel()
+
+        return call
 
     def _executor_spin(self, original: Callable[..., None]) -> Callable[..., None]:
         def spin(self: Executor) -> None:

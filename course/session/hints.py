@@ -469,7 +469,7 @@ def _no_instance(found: re.Match[str], source: str, code: str) -> str:
 def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on the name of a check without its quotation marks: `course.check(lift-server)`."""
     named = re.search(r"\bcourse\.check\(\s*([A-Za-z_]\w*(?:\s*-\s*\w+)*)\s*\)", code)
-    if not named or found[1] not in re.split(r"\s*-\s*", named[1]):
+    if not named or (found[1] and found[1] not in re.split(r"\s*-\s*", named[1])):
         return ""
     name = re.sub(r"\s", "", named[1])
     return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
@@ -653,10 +653,7 @@ def _is_module(found: re.Match[str], source: str) -> str:
     if is_there(package):
         return ""
     if package.endswith("_interfaces") or package == "my_package":
-        return (
-            f"{package} is not built here: run the `%%exercise` cell that writes its definition, "
-            f"with `--package {package}`."
-        )
+        return f"{package} is not built here: run the cell that builds it, with `%%exercise` or `build(...)`."
     for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell
         with contextlib.suppress(OSError, ValueError):
             if f'"%%exercise {package}.py' in read_regular(notebook, MOST).decode(errors="replace"):
@@ -934,7 +931,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
-    (r"^NameError: name '(\w+)' is not defined", _name_of_a_check),
+    (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (NO_TEXT, _sent),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),

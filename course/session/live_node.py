@@ -16,8 +16,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.ros.names import SEND, is_hidden
-from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError
-from course.session.failure_report import GOAL_ENDING, FailureReport, Frame, cell_of, of_goal, text_of
+from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult
+from course.session.failure_report import GOAL_ENDING, FailureReport, Frame, cell_of, of_goal, of_no_result, text_of
 from course.session.logs import Logs
 from course.session.source import class_text
 from course.session.spinner import Spinner, destroy_node
@@ -62,10 +62,12 @@ class LiveNode:
         """Return the exceptions that its callbacks raised."""
         return list(self._spinner.errors)
 
-    def goal_failed(self, fault: Exception | GoalFault) -> None:
+    def goal_failed(self, fault: Exception | GoalFault | NoResult) -> None:
         """Record what a callback of its action server has raised, or done wrong otherwise."""
         if isinstance(fault, GoalFault):
             self._spinner.tell(of_goal(f"The node {self.name}", fault))
+        elif isinstance(fault, NoResult):
+            self._spinner.tell(of_no_result(f"The node {self.name}", fault))
         else:
             self._spinner.caught(fault, GOAL_ENDING)
 
@@ -171,10 +173,14 @@ class LiveNode:
         else:
             self._destroy()
 
-    def _end(self) -> None:
+    def _end(self) -> tuple[Frame, ...]:
+        """Stop it; return where a callback still is that does not return, () if none is."""
         vars(self.node).pop("destroy_node", None)
-        if self.alive and not self._spinner.stop():
-            destroy_node(self.node)
+        if not self.alive or self._spinner.stop():
+            return ()
+        left = self.doing()
+        destroy_node(self.node)
+        return left
 
     def __repr__(self) -> str:
         return f"<{self.name}: {'running' if self.alive else 'stopped'} in this kernel>"

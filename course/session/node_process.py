@@ -273,7 +273,7 @@ class NodeProcess:
         """End it as Ctrl-C does, and by force after 3 s."""
         self._end()
 
-    def _end(self) -> None:
+    def _end(self) -> tuple[Frame, ...]:
         self.stopped = self.stopped or self.alive
         with contextlib.suppress(ProcessLookupError):
             if self.alive:
@@ -283,6 +283,7 @@ class NodeProcess:
             os.killpg(self._popen.pid, signal.SIGKILL)  # with all processes that it started
         self._popen.wait()
         self._reader.join(1.0)
+        return ()
 
     def __repr__(self) -> str:
         nodes = f" as {', '.join(self.nodes)}" if self.alive else ""

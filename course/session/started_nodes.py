@@ -21,7 +21,7 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
-from course.ros.rclpy_internals import GoalFault, is_initialized, is_watched
+from course.ros.rclpy_internals import GoalFault, NoResult, is_initialized, is_watched
 from course.session.calls import Calls
 from course.session.failure_report import Frame, text_at
 from course.session.guards import say
@@ -165,7 +165,7 @@ class StartedNodes:
             if isinstance(handle, LiveNode) and any(destructors(handle.node, package)):
                 self.stop(handle.name)
 
-    def goal_failed(self, node: Node, fault: Exception | GoalFault) -> None:
+    def goal_failed(self, node: Node, fault: Exception | GoalFault | NoResult) -> None:
         """Record what a callback of an action server in this kernel has raised, or done wrong otherwise."""
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and handle.node is node:
@@ -404,7 +404,14 @@ class StartedNodes:
         others = [node for other in self._handles.values() for node in other.nodes]
         if handle.alive and wait:  # a node of another session may have the same name
             others = difference(self._presence.names(), handle.nodes)
-        handle._end()
+        left = handle._end()
+        if left and wait:
+            at = "".join(f"\n{frame}" for frame in left)
+            self._watch.notice(
+                f"'{handle.name}' is stopped, but one of its callbacks has not returned, and its thread goes on until "
+                "it does. If it never does, only a restart of the kernel (Kernel, Restart Kernel) ends it. It is "
+                f"here:{at}"
+            )
         if wait:
             self._presence.wait_until_gone(handle.nodes, others)
             self._publishing.publish()

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import course
+from course.errors import ExerciseError
 from course.foundation.cells import Cell
 from course.notebook import checks, runs
 
@@ -52,6 +53,14 @@ def test_check_shows_the_message_of_the_one_asked_for(here, capsys):
         capsys.readouterr().out
         == "adds: not yet: 1 + 2 gave 4\nthere are no checks 'no such' here: there are 'adds', 'other'\n"
     )
+
+
+def test_a_name_without_its_quotation_marks(here):
+    """The name of something else: what it is called here, if a check is called so, too."""
+    here["other"] = relay = object()
+    for given, meant in ((relay, "other"), (4, "adds")):
+        with pytest.raises(ExerciseError, match=f"a text, in quotation marks: course.check\\('{meant}'\\)"):
+            course.check(given)
 
 
 def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):

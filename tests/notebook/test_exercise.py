@@ -316,3 +316,22 @@ def test_a_check_passed_means_that_it_passed_for_the_file_as_it_lies_there(tmp_p
         assert state() == "changed since the check: part.py"  # the saved notebook does not have the failure yet
     finally:
         kernel.stop()
+
+
+def test_a_hint_names_only_what_is_on_the_page(kernel):
+    """A package that a cell builds with `build(...)`, and a check's name that a cell also makes as a variable."""
+    page = ['patrol = 1\nbuild("own_package", {"Patrol.action": "---\\n---\\n"})', "relay = 2"]
+    cells = [
+        {"cell_type": "code", "source": each, "metadata": {}, "outputs": [], "execution_count": None} for each in page
+    ]
+    (kernel.folder / "page.ipynb").write_text(
+        json.dumps({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
+    )
+    assert kernel.run("from own_package.action import Patrol").splitlines()[-1] == (
+        'Hint: the cell of page.ipynb with the line `build("own_package", {"Patrol.action": "---\\n---\\n"})` builds '
+        "own_package: run it first."
+    )
+    assert kernel.run("course.check(relay)").splitlines()[-1] == (
+        "Hint: The name of a check is a text, in quotation marks: `course.check('relay')`."
+    )
+    (kernel.folder / "page.ipynb").unlink()

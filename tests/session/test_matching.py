@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+import rclpy
 from example_interfaces.action import Fibonacci
 from rclpy.action import ActionClient, ActionServer
 from rclpy.node import Node
@@ -318,6 +319,35 @@ def test_a_wait_for_what_nobody_has_received_names_the_server_that_is_missing(se
     threading.Timer(1.0, ActionServer, (session.node, Fibonacci, "fibonaci", print)).start()
     assert client.wait_for_server()
     assert f"still waiting for a server. {says}" in capsys.readouterr().err
+
+
+def test_a_blocking_call_to_a_service_that_nobody_serves_says_so_and_one_that_is_served_says_nothing(
+    session, monkeypatch, capsys
+):
+    monkeypatch.setattr(guards, "TELLING", 0.3)
+    asks = session.node.create_client(Trigger, "/ask")
+    assert asks.call(Trigger.Request(), 1.0) is None
+    said = capsys.readouterr().err
+    assert said.startswith("`call(...)` still waits for an answer from /ask. There are no services here")
+    future = asks.call_async(Trigger.Request())
+    rclpy.spin_until_future_complete(session.node, future, timeout_sec=1.0)
+    assert "The future is still not done. There are no services here" in capsys.readouterr().err
+
+    class Late(Node):
+        def __init__(self):
+            super().__init__("late")
+            self.go_on = threading.Event()
+            self.create_service(Trigger, "/ask", self.ask)
+
+        def ask(self, request, response):
+            self.go_on.wait(20)
+            return response
+
+    late = session.start(Late)
+    assert asks.wait_for_service(10.0)
+    threading.Timer(1.0, late.node.go_on.set).start()
+    assert asks.call(Trigger.Request(), 20.0) is not None
+    assert capsys.readouterr().err == ""
 
 
 def test_scans_that_are_waited_for_without_a_world(session, tmp_path, capsys):

@@ -1,5 +1,6 @@
 """What a start in a cell ends, and what it never begins, is told."""
 
+import linecache
 import sys
 import threading
 
@@ -168,3 +169,69 @@ def test_a_callback_of_the_sessions_own_node_that_raises_is_told(session):
 
     found = wait_until(told, 5.0)
     assert found.startswith("ros.node raised an exception in a callback: AttributeError: 'String' object has no")
+
+
+LOOPS = """from rclpy.node import Node
+class Loop(Node):
+    def __init__(self):
+        super().__init__("loop")
+        self.go_on = False
+        self.create_timer(0.01, self.turn)
+    def turn(self):
+        while not self.go_on:
+            pass
+loop = ros.start(Loop).node
+"""
+
+
+def cell(number: int, text: str, **names) -> dict:
+    """Run a cell, with its text as IPython keeps it; return its names."""
+    name = f"/tmp/ipykernel_1/{number}.py"
+    linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)
+    exec(compile(text, name, "exec"), names)
+    return names
+
+
+def test_a_stop_tells_of_a_callback_that_does_not_return(session):
+    node = cell(31, LOOPS, ros=session)["loop"]
+    try:
+        assert wait_until(session._handles["loop"].doing, 10.0)
+        session.stop("loop")
+    finally:
+        node.go_on = True
+    (told,) = session.watch.notices()
+    assert told.startswith("'loop' is stopped, but one of its callbacks has not returned, and its thread goes on")
+    assert "only a restart of the kernel" in told and "in turn\n" in told
+
+
+ENDS = """from rclpy.action import ActionServer
+from rclpy.node import Node
+class Ends(Node):
+    def __init__(self):
+        super().__init__("ends")
+        self.server = ActionServer(self, Fibonacci, "ends", self.execute)
+    def execute(self, handle):
+        handle.succeed()
+        {last}
+ros.start(Ends)
+"""
+
+
+@pytest.mark.parametrize(
+    ("last", "says", "line"),
+    [
+        ("return [0, 1]", "returned [0, 1], a list, and no result from an execute callback.", 9),
+        ("pass", "ended an execute callback without returning a result.", 7),
+        ("return list(range(999))", "returned [0, 1, 2, 3, 4, 5, ...], a list, and no result", 9),
+    ],
+)
+def test_what_an_execute_callback_returns_instead_of_a_result(session, last, says, line):
+    cell(41, ENDS.format(last=last), ros=session, Fibonacci=Fibonacci)
+    client = ActionClient(session.node, Fibonacci, "ends")
+    assert client.wait_for_server(10.0)
+    handle = session.wait(client.send_goal_async(Fibonacci.Goal()))
+    with pytest.raises(NodeFailed) as raised:
+        session.wait(handle.get_result_async())
+        session.look()
+    assert f"The node ends {says}" in str(raised.value) and f"the cell, line {line}\n" in str(raised.value)
+    assert "End the execute callback with `return TheType.Result(...)`" in str(raised.value)
