@@ -13,11 +13,14 @@ import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from IPython import get_ipython
+
 from course.errors import CourseError
 from course.foundation import cells
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
+from course.session.comparisons import never_equal
 from course.session.slips import slips
 
 # A command that waits for an answer, with the name of the server.
@@ -192,7 +195,9 @@ def _news_after(result: Any, *_: Any) -> None:
         _note_check(str(result.info.raw_cell or ""), passed=bool(result.success))
     if isinstance(result.error_before_exec, SyntaxError):
         _tell_of_shell(str(result.info.raw_cell or ""))
-    for text in slips(str(result.info.raw_cell or "")):
+    cell = str(result.info.raw_cell or "")
+    shell = get_ipython()
+    for text in (*slips(cell), *(never_equal(cell, shell.user_ns) if shell else ())):
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:

@@ -9,6 +9,7 @@ import linecache
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
@@ -17,6 +18,7 @@ import rclpy
 import rclpy.executors
 from rclpy.action import ActionClient
 from rclpy.client import Client
+from rclpy.exceptions import InvalidHandle
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
@@ -31,6 +33,12 @@ TELLING = 3.0  # s that a cell waits for a server before the reader is told why 
 EXECUTORS = rclpy.executors.__file__
 SLICE = 0.2  # s between two looks at Ctrl-C
 SPUN = "the session already spins this node, in the background"
+
+OF_A_THREAD = (
+    "This thread uses a node that has been stopped, or has been replaced by a new start. A thread that a node begins "
+    "goes on until its function returns: keep a `threading.Event` that its loop looks at, and set it in the node's "
+    "`destroy_node(self)` before `super().destroy_node()`."
+)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -70,6 +78,7 @@ class Guards:
             replace_in_rclpy(self._wait_for_server, Client, "wait_for_service"),
             replace_in_rclpy(self._wait_for_server, ActionClient, "wait_for_server"),
             replace_in_rclpy(self._call, Client, "call"),
+            self._explain_threads(),
         ]
 
     def remove(self) -> None:
@@ -77,6 +86,20 @@ class Guards:
         for undo in reversed(self._undo):
             undo()
         self._undo.clear()
+
+    def _explain_threads(self) -> Callable[[], None]:
+        """Have a hint follow the error of a reader's thread that uses a node which has ended; return what ends this."""
+        before = threading.excepthook
+
+        def hook(args: Any) -> None:
+            before(args)
+            if isinstance(args.exc_value, InvalidHandle) and any(
+                is_cell(frame.f_code.co_filename) for frame, _ in traceback.walk_tb(args.exc_traceback)
+            ):
+                say(f"Hint: {OF_A_THREAD}")
+
+        threading.excepthook = hook
+        return lambda: setattr(threading, "excepthook", before)
 
     def _init(self, original: Callable[..., None]) -> Callable[..., None]:
         def init(

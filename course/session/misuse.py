@@ -11,6 +11,8 @@ from rclpy.task import Future
 
 from course.errors import LiveError
 
+OF_A_FILE = "ros__parameters"  # the key above a node's parameters in a parameter file
+
 
 def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
     """Raise LiveError unless `name` is text or None; `known` has the session's nodes by name."""
@@ -102,9 +104,24 @@ def expect_of_a_class(cls: type, fields: Mapping[str, object], error: TypeError)
 
 
 def expect_parameters(parameters: object) -> None:
-    """Raise LiveError for anything but a dict of parameters."""
+    """Raise LiveError for anything but a dict of parameters, and for a dict in it."""
+    if isinstance(parameters, Mapping) and any(isinstance(each, Mapping) for each in parameters.values()):
+        raise LiveError(
+            f"`parameters` holds names and values, without further dicts: write parameters={_flat(parameters)}"
+        )
     if parameters is not None and not isinstance(parameters, Mapping):
         raise LiveError(
             f"`parameters` is a dict of names and values, such as parameters={{'max_speed': 2.0}}, not a "
             f"{type(parameters).__name__}"
         )
+
+
+def _flat(parameters: Mapping[Any, Any], above: str = "") -> dict[str, object]:
+    """Return parameters without the levels of a parameter file, and with a full name for those of a group: `pid.kp`."""
+    found: dict[str, object] = {}
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            found |= _flat(value, "" if name == OF_A_FILE else f"{above}{name}.")
+        else:
+            found[f"{above}{name}"] = value
+    return found

@@ -160,10 +160,21 @@ class StartedNodes:
         raise LiveError(f"process {pid} has no node any more, or must not be stopped from here")
 
     def stop_users(self, package: str) -> None:
-        """Stop the nodes of this kernel that use an interface of `package`."""
+        """Stop the nodes of this kernel that use an interface of `package`, which is built again; tell the reader."""
         for handle in list(self._handles.values()):
             if isinstance(handle, LiveNode) and any(destructors(handle.node, package)):
                 self.stop(handle.name)
+                cls = handle.cls
+                module = cls.__module__.partition(".")[0]
+                first = (
+                    f"import from {package} and define {cls.__name__}"
+                    if module == "__main__"
+                    else (f"write and import {module}.py")
+                )
+                self._watch.notice(
+                    f"'{handle.name}' was ended: it uses {package}, which has been built again. Run the cells that "
+                    f"{first}, and then start it again, with ros.start({cls.__name__})."
+                )
 
     def goal_failed(self, node: Node, fault: Exception | GoalFault | NoResult) -> None:
         """Record what a callback of an action server in this kernel has raised, or done wrong otherwise."""

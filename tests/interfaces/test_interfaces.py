@@ -72,6 +72,12 @@ print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=Tr
     assert "Calculate_Response(result=0.0, success=True, message='')" in out
 
 
+ENDED = (
+    "'asking' was ended: it uses edited, which has been built again. Run the cells that import from edited and define "
+    "Asking, and then start it again, with ros.start(Asking)."
+)
+
+
 def test_an_edited_definition_replaces_the_loaded_one_in_a_live_session(cache):
     out = run(
         """
@@ -100,11 +106,12 @@ def shout(request, response):
     return response
 session.node.create_service(Ask, "new", shout)
 print(session.call("new", Ask, question="why").answer, session.nodes())
+print(session.watch.notices()[0])
 session.close()
 """,
         cache,
     )
-    assert out.split() == ["42", "WHY", "[]"]
+    assert out.splitlines() == ["42", "WHY []", ENDED]
 
 
 def test_messages_actions_and_types_of_other_packages_are_carried(cache):

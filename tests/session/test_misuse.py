@@ -67,6 +67,14 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.until(True), "leave out the brackets"),
         (lambda ros: ros.until(Future()), "ros.wait(future)"),
         (lambda ros: ros.until(lambda: Future().done), "call it, `done()`"),
+        (
+            lambda ros: ros.start(Adder, parameters={"ros__parameters": {"a": 2.0, "b": {"c": 1}}}),
+            "without further dicts: write parameters={'a': 2.0, 'b.c': 1}",
+        ),
+        (
+            lambda ros: ros.start("a.py", parameters={"adder": {"ros__parameters": {"a": 2.0}}}),
+            "write parameters={'a': 2.0}",
+        ),
         (lambda ros: ros.stop(Adder), "write ros.stop('adder')"),
         (lambda ros: ros.restart(Adder), "write ros.restart('adder')"),
         (lambda ros: ros.logs(3), "write ros.logs('name')"),

@@ -204,6 +204,43 @@ def test_a_stop_tells_of_a_callback_that_does_not_return(session):
     assert "only a restart of the kernel" in told and "in turn\n" in told
 
 
+THREAD = """import threading
+from rclpy.node import Node
+from std_msgs.msg import String
+class Thread(Node):
+    def __init__(self):
+        super().__init__("thread")
+        self.out = self.create_publisher(String, "out", 10)
+        self.go_on = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+    def run(self):
+        self.go_on.wait(20)
+        self.out.publish(String())
+    def destroy_node(self):
+        if not {late}:
+            self.go_on.set()
+            self.thread.join()
+        super().destroy_node()
+node = ros.start(Thread).node
+"""
+
+
+@pytest.mark.parametrize("late", [True, False])
+def test_a_thread_that_outlives_its_node_is_told_what_ends_it(session, late, capsys, monkeypatch):
+    """And what is told does so."""
+    session._guards.remove()
+    monkeypatch.setattr(threading, "excepthook", threading.__excepthook__)  # pytest has its own
+    session._guards.install()
+    node = cell(51 + late, THREAD.format(late=late), ros=session)["node"]
+    session.stop("thread")
+    node.go_on.set()
+    node.thread.join(10.0)
+    said = capsys.readouterr().err
+    assert ("Hint: This thread uses a node that has been stopped" in said) == late
+    assert ("InvalidHandle" in said) == late
+
+
 ENDS = """from rclpy.action import ActionServer
 from rclpy.node import Node
 class Ends(Node):
