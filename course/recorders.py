@@ -45,6 +45,7 @@ Table = dict[str, list[Any]]
 
 GONE = 0.7  # s without an action server, after which nothing more of a goal can come
 LAST = 2.0  # s by which a feedback message may come after the end of its goal
+USUAL = 10.0  # s that a wait for a goal lasts at most, unless another limit is given
 LATE = 1.0  # s by which the report of an exception may come after the end of its goal
 # Each makes a function that a wait for a goal calls again and again.  It is given the action's name, a limit (s), and
 # when the last other goal was sent that may still go on (s, monotonic; -inf for none).  The function returns '', or
@@ -336,10 +337,10 @@ class GoalRecorder(Recorder):
         return events
 
     @fitting
-    def wait_feedback(self, count: int, timeout: float = 10.0) -> bool:
+    def wait_feedback(self, count: int, timeout: float = USUAL) -> bool:
         """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer.
 
-        The reader is told of the latter.
+        The reader is told of the latter, and of a wait of `USUAL` s or more that was in vain.
         """
         if not is_whole(count):
             raise CourseError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
@@ -350,6 +351,7 @@ class GoalRecorder(Recorder):
             return table["event"].count("feedback") >= count
 
         if not self.wait_for(lambda table: there(table) or not ends.isdisjoint(table["event"]), timeout):
+            self._tell_of_time(timeout, f"only {self.count('feedback')} of {count} feedback messages have come")
             return False
         if self.wait_for(there, min(time_limit(timeout), LAST)):
             return True
@@ -396,8 +398,8 @@ class GoalRecorder(Recorder):
         return times[events.index(event)] if event in events else None
 
     @fitting
-    def wait_end(self, timeout: float = 10.0) -> str | None:
-        """Wait for the event that ends the goal, and return it; None after `timeout` s.
+    def wait_end(self, timeout: float = USUAL) -> str | None:
+        """Wait for the event that ends the goal, and return it; None after `timeout` s, told if that is long.
 
         Raises NodeFailed when the goal's server is gone, and in a live session when the goal was aborted because its
         server raised an exception.
@@ -405,11 +407,18 @@ class GoalRecorder(Recorder):
         self._expect_goal()
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
         end = self._end()
+        if end is None:
+            self._tell_of_time(timeout, f"it has not ended: its last event is '{self.table()['event'][-1]}'")
         if end == "aborted":
             wait_until(lambda: False, LATE)  # the exception is reported a little later
         else:
             ask_lookouts()
         return end
+
+    def _tell_of_time(self, timeout: float, what: str) -> None:
+        if timeout >= USUAL:  # a shorter one is often a look
+            for tell in tellers:
+                tell(f"After {timeout:g} s this wait for a goal of {self._name} is over, and {what}.")
 
     def _end(self) -> str | None:
         return next((event for event in self.table()["event"] if event in self.END), None)

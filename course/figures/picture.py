@@ -15,11 +15,12 @@ from course.errors import CourseError
 from course.figures.misuse import expect_recorder, positive
 from course.figures.palette import GROUND, plain
 from course.foundation.calls import fitting, takes
-from course.foundation.waiting import wait_until
+from course.foundation.waiting import tellers, wait_until
 from course.recorders import Recorder
 
 WIDTH = 5.0  # inches: on a telephone, which is 360 pixels wide, a text of 10 points is 10 pixels high
 DPI = 120  # pixels of a page for each inch, where it is wide enough
+redrawing: list[bool] = []  # not empty while a live figure is drawn: what is recorded may follow
 SHARP = 2  # pixels of a still figure for each of the page's, which screens and paper show
 
 
@@ -77,7 +78,7 @@ class Live:
 
     @fitting
     def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> bool:
-        """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s.
+        """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s, which is told.
 
         Raises CourseError outside of a `with` block, and for a condition that is no function.
         """
@@ -96,7 +97,11 @@ class Live:
                 self._update()
             return False
 
-        return wait_until(done, timeout)
+        if wait_until(done, timeout):
+            return True
+        for tell in tellers:
+            tell(f"`wait` has ended after {timeout:g} s, and its condition has not come true.")
+        return False
 
     def _update(self, sharpness: int = 1) -> None:
         self._rows = len(self._recorder)
@@ -138,7 +143,11 @@ def live(figure: Callable[[Recorder], object], recorder: Recorder, rate: float =
     expect_recorder(recorder, "live")
 
     def draw() -> Picture | Figure:
-        drawn = figure(recorder)
+        redrawing.append(True)
+        try:
+            drawn = figure(recorder)
+        finally:
+            redrawing.pop()
         if not isinstance(drawn, Picture | Figure):
             raise CourseError(
                 f"the function that `live` calls returns {drawn!r:.40}: it must return the figure that it makes"

@@ -20,8 +20,8 @@ from course.foundation import cells
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
-from course.session.comparisons import never_equal
 from course.session.slips import slips
+from course.session.values_seen import misread
 
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
@@ -197,7 +197,7 @@ def _news_after(result: Any, *_: Any) -> None:
         _tell_of_shell(str(result.info.raw_cell or ""))
     cell = str(result.info.raw_cell or "")
     shell = get_ipython()
-    for text in (*slips(cell), *(never_equal(cell, shell.user_ns) if shell else ())):
+    for text in (*slips(cell), *(misread(cell, shell.user_ns) if shell else ())):
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:

@@ -38,7 +38,8 @@ HELD = 2.0  # s without output, after which a program is asked whether it waits 
 SLEPT = 5  # looks at which all programs sleep, after which it is asked, twice, whether it spins for nothing: 1 s
 AGAIN = 1.0  # s until it is asked again, because a passing wait looks the same
 TELLING = 5.0  # s after which the reader is told that a node does not end by itself
-WITHOUT = 10.0  # s after which the reader is told that no line had the text that a command is waited for
+WITHOUT = 4.0  # s after which the reader is told that no line had the text that a command is waited for
+LAST = 100  # characters of the last line that are shown
 SOON = 0.5  # s until a node's failure is known, after a program got no answer from it
 CHUNK = 65536  # bytes
 FLOOD = 1_000_000  # bytes printed, after which a program is stopped
@@ -374,18 +375,19 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
         _signal(program, signal.SIGKILL)
 
     def tell() -> None:
+        last = f" Its last line is {line.strip()[:LAST]!r}." if line.strip() else ""
         say(
-            f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s. This cell waits for it, "
-            f"at most {timeout:g} s."
+            f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s.{last} This cell waits for "
+            f"it, at most {timeout:g} s."
         )
 
+    printed, line = "", ""
     alarm, notice = threading.Timer(timeout, end), threading.Timer(WITHOUT, tell)
     notice.daemon = True
     alarm.start()
     if timeout > WITHOUT:
         notice.start()
     began = time.monotonic()
-    printed, line = "", ""
     try:
         while part := program.stdout.readline(CHUNK):
             printed += part

@@ -169,13 +169,20 @@ executor.spin()
 """
 
 
-def test_a_goal_whose_server_cannot_go_on_in_time_is_told_before_the_limit(session, tmp_path):
+def test_a_goal_whose_server_cannot_go_on_in_time_is_told_before_the_limit(session, tmp_path, capsys, monkeypatch):
     (tmp_path / "late.py").write_text(LATE)
     session.start(tmp_path / "late.py")
     client = ActionClient(session.node, Fibonacci, "late")
     assert client.wait_for_server(10)
     asleep = GoalRecorder(client).send(Fibonacci.Goal(order=1))
     assert asleep.wait_end(0.5) is None
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("course.recorders.USUAL", 0.5)
+    assert asleep.wait_end(0.5) is None and not asleep.wait_feedback(2, 0.5)
+    over = "After 0.5 s this wait for a goal of /late is over, and"
+    assert capsys.readouterr().err == (
+        f"{over} it has not ended: its last event is 'accepted'.\n{over} only 0 of 2 feedback messages have come.\n"
+    )
     start = time.monotonic()
     with pytest.raises(NodeFailed, match=r"no further within 10 s: its last event is 'accepted'\.\n") as told:
         asleep.wait_end(10.0)

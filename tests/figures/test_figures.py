@@ -24,6 +24,7 @@ from sensor_msgs.msg import LaserScan
 from course import figures
 from course.figures import palette
 from course.figures.room import DISC, LOOKS, MOTIONS
+from course.foundation import waiting
 from course.recorders import ParameterRecorder, Recorder
 from course.world import Simulation
 from course.world.geometry import clearance
@@ -584,9 +585,24 @@ def test_a_live_figure_is_redrawn_no_more_often_than_its_rate():
     assert len(record) > len(drawn) and len(drawn) <= 5  # at the start, twice or so a second, at the end
 
 
-def test_a_live_figure_gives_up_in_time():
+def test_a_live_figure_gives_up_in_time_and_says_so(monkeypatch):
+    told = []
+    monkeypatch.setattr(waiting, "tellers", [told.append])
+    monkeypatch.setattr("course.figures.picture.tellers", waiting.tellers)
     with figures.live(figures.feedback, goal("goal")) as shown:
         assert not shown.wait(lambda: False, timeout=0.1)
+    assert told == ["`wait` has ended after 0.1 s, and its condition has not come true."]
+
+
+def test_a_timeline_of_nothing_is_told_unless_it_is_live(monkeypatch):
+    told = []
+    monkeypatch.setattr("course.figures.actions.tellers", [told.append])
+    with figures.live(figures.timeline, goal()):
+        pass
+    figures.timeline(goal(), goal("goal"))
+    assert told == []
+    figures.timeline(goal())
+    assert told == ["Nothing is recorded here yet, so the timeline is empty: was the goal sent, with `.send(...)`?"]
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -233,7 +233,8 @@ def test_a_line_that_has_not_come_is_told_long_before_the_limit(tmp_path, monkey
     (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
     terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00")
     said = (
-        "`python3 client.py` has printed no line with 'Max speed: 2.00' for 0.3 s. This cell waits for it, at most 1 s."
+        "`python3 client.py` has printed no line with 'Max speed: 2.00' for 0.3 s. Its last line is 'Max speed: 2.0'. "
+        "This cell waits for it, at most 1 s."
     )
     assert said in capsys.readouterr().err
 

@@ -1,8 +1,10 @@
-"""Comparisons in a cell that are never true, because a list is compared with an array or with messages."""
+"""Values in a cell that are not what they look like: an array or messages beside a list, a method for its result."""
 
 import ast
 from array import array
 from collections.abc import Iterator, Mapping
+from inspect import getattr_static
+from types import FunctionType, ModuleType
 from typing import Any
 
 from course.session.source import parse
@@ -12,8 +14,8 @@ SCOPES = (*INNER, ast.ListComp, ast.SetComp, ast.DictComp)  # which may have nam
 UNKNOWN = object()
 
 
-def never_equal(cell: str, names: Mapping[str, Any]) -> list[str]:
-    """Return a note for each comparison of a cell with a list that only its type keeps from being equal.
+def misread(cell: str, names: Mapping[str, Any]) -> list[str]:
+    """Return a note for each comparison with a list that only a type keeps from being true, and each method printed.
 
     `names` are the kernel's.  Nothing is run but the reading of messages' fields, and of what the course has recorded.
     """
@@ -23,7 +25,30 @@ def never_equal(cell: str, names: Mapping[str, Any]) -> list[str]:
             for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
                 if isinstance(other, ast.List) and (why := _why(one, other, names)):
                     found.append(f"note: line {node.lineno}: {why}")
+        found += [f"note: line {each.lineno}: {_call(each)}" for each in _read(node) if _is_method(each, names)]
     return list(dict.fromkeys(found))
+
+
+def _call(given: ast.expr) -> str:
+    text = ast.unparse(given)
+    return f"`{text}` is the method itself. Call it: `{text}()`."
+
+
+def _read(node: ast.AST) -> list[ast.expr]:
+    """Return the expressions that a node prints or compares: nobody does that with a method."""
+    if isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq, ast.Lt, ast.Gt, ast.LtE, ast.GtE)):
+        return [node.left, *node.comparators]
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print":
+        return node.args
+    return [node.value] if isinstance(node, ast.FormattedValue) else []
+
+
+def _is_method(given: ast.expr, names: Mapping[str, Any]) -> bool:
+    """Return True for a method of an object, found without reading the attribute."""
+    owner = _value(given.value, names) if isinstance(given, ast.Attribute) else UNKNOWN
+    if owner is UNKNOWN or isinstance(owner, (type, ModuleType)) or given.attr in getattr(owner, "__dict__", ()):  # type: ignore[attr-defined]
+        return False
+    return isinstance(getattr_static(type(owner), given.attr, None), FunctionType)  # type: ignore[attr-defined]
 
 
 def _outside_of_scopes(node: ast.AST) -> Iterator[ast.AST]:
