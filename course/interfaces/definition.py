@@ -3,12 +3,24 @@
 import contextlib
 import difflib
 import io
+import keyword
 import re
 from dataclasses import dataclass
 
 from course.errors import InterfaceError
 
 SECTIONS = {"msg": ("message",), "srv": ("request", "response"), "action": ("goal", "result", "feedback")}
+
+# Words, and macros of gcc, that the generated C and C++ code (C++17) cannot have as the name of a field.  Those of
+# Python, with which the generated module is no Python, are in `keyword`.
+OF_C = (
+    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t class compl const "
+    "const_cast constexpr continue decltype default delete do double dynamic_cast else enum errno explicit export "
+    "extern false float for friend goto if inline int linux long mutable namespace new noexcept not not_eq nullptr "
+    "operator or or_eq private protected public register reinterpret_cast restrict return short signed sizeof static "
+    "static_assert static_cast struct switch template this thread_local throw true try typedef typeid typename union "
+    "unix unsigned using virtual void volatile wchar_t while xor xor_eq"
+)
 
 
 @dataclass(frozen=True)
@@ -133,4 +145,10 @@ def _check_name(rest: str, where: str) -> None:
         raise InterfaceError(
             f"{where}: a field's name has lower-case letters, digits and single underscores, and begins with a "
             f"letter; this is '{name}'{meant}"
+        )
+    elif name in OF_C.split() or keyword.iskeyword(name):
+        languages = " and ".join(["Python"] * keyword.iskeyword(name) + ["C++"] * (name in OF_C.split()))
+        raise InterfaceError(
+            f"{where}: '{name}' is a word of {languages}, so no field can have this name: write '{name}_value', or "
+            "another name"
         )

@@ -171,6 +171,13 @@ def test_the_cache_is_keyed_by_content(cache):
         ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: the field 'a' is defined twice"),
         ("A.srv", "int32 Upper\n---\n", "this is 'Upper': write 'upper'"),
         ("A.msg", "int8 a 300\n", "A.msg, line 1"),
+        (
+            "A.srv",
+            "int32 a\nfloat64 class\n---\n",
+            "A.srv, line 2: 'class' is a word of Python and C++, so no field can have this name: write 'class_value'",
+        ),
+        ("A.srv", "---\nfloat64[] from\n", "A.srv, line 2: 'from' is a word of Python, so no field"),
+        ("A.action", "---\n---\nbool double\n", "A.action, line 3: 'double' is a word of C++, so no field"),
         ("A.srv", "double a\n---\n", "there is no type 'double'; did you mean float64?"),
         ("A.srv", "int a\n---\n", "there is no type 'int'; did you mean int32 or int64?"),
         (
