@@ -385,7 +385,7 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
     alarm, notice = threading.Timer(timeout, end), threading.Timer(WITHOUT, tell)
     notice.daemon = True
     alarm.start()
-    if timeout > WITHOUT:
+    if timeout > 2 * WITHOUT:
         notice.start()
     began = time.monotonic()
     try:
