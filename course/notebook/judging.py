@@ -388,9 +388,9 @@ def few_threads(file: str, callers: int) -> str:
     if len(made) != 1 or not isinstance(count, int) or count > callers:
         return ""
     return (
-        f"\n{frame_at(file, made[0].lineno, source)}\nThis has {count} threads{'' if given else ', one for each processor'}. "
-        f"A callback that blocks while it waits keeps one of them, and {callers} callers at once leave none that could "
-        "receive an answer."
+        f"\n{frame_at(file, made[0].lineno, source)}\n"
+        f"This has {count} threads{'' if given else ', one for each processor'}. A callback that blocks while it waits "
+        f"keeps one of them, and {callers} callers at once leave none that could receive an answer."
     )
 
 

@@ -785,7 +785,7 @@ def each_night(*case: str):
             "calculator_client.py",
             "running?')\n        return 1\n",
             "running?')\n        return 0\n",
-            "without a server, calculator_client.py must say so, and its exit status must not be 0; it was 0\nNo answer",
+            "without a server, calculator_client.py must say so, and its exit status must not be 0; it was 0\nNo",
         ),
         each_night(
             "actions",
@@ -801,8 +801,7 @@ def each_night(*case: str):
             "relay.py",
             SAID,
             LARGEST,
-            "and a server that answers 542: std_srvs.srv.Trigger_Response(success=True, message='643'). "
-            "That is the answer to another caller: ",
+            "std_srvs.srv.Trigger_Response(success=True, message='643'). That is the answer to another caller: ",
         ),
         each_night(
             "services",
@@ -840,8 +839,10 @@ FOUR_THREADS = (
     ("import rclpy\n", "import rclpy\nfrom rclpy.executors import MultiThreadedExecutor\n"),
     ("async def relay", "def relay"),
     ("await self.client.call_async(", "self.client.call("),
-    ("        rclpy.spin(node)\n", "        executor = MultiThreadedExecutor(4)\n"
-     "        executor.add_node(node)\n        executor.spin()\n"),
+    (
+        "        rclpy.spin(node)\n",
+        "        executor = MultiThreadedExecutor(4)\n        executor.add_node(node)\n        executor.spin()\n",
+    ),
 )  # fmt: skip
 
 
