@@ -33,12 +33,12 @@ def patch() -> None:
 
     with _patched:
         if not hasattr(ActionClient.send_goal_async, "__wrapped__"):
-            _lock_action_clients(ActionClient)
+            lock_action_clients(ActionClient)
             _hand_over_to_workers(executors)
             repeat_lost_responses(rclpy_implementation)
 
 
-def _lock_action_clients(action_client: type) -> None:
+def lock_action_clients(action_client: type) -> None:
     """Keep a spinning thread from taking an answer before the asking thread has recorded its request.
 
     Seen in 7.1.6: rclpy has this lock for a Client but not for an ActionClient, which then ignores an immediate answer,

@@ -26,6 +26,7 @@ from autograder.classroom.certificate import check_covers, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
 from autograder.gradebook import members
+from course.foundation import processes
 from course.foundation.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
@@ -300,7 +301,17 @@ def test_a_hubs_log_keeper_ends_with_it_although_servers_go_on(ended):
     assert sum(log in path.read_bytes() for path in Path("/proc").glob("[0-9]*/cmdline")) == 1
 
 
-def traces(classroom: Classroom, uids: set[int], networks: set[str]) -> list[str]:
+def inside(networks: set[str]) -> set[tuple[int, int]]:
+    """The processes in these networks, each with its `birth`: the number of a network that is gone is used again."""
+    found = set()
+    for process in Path("/proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if os.readlink(process / "ns/net") in networks:
+                found.add((int(process.name), processes.birth(int(process.name))))
+    return found
+
+
+def traces(classroom: Classroom, uids: set[int], members_of_networks: set[tuple[int, int]]) -> list[str]:
     """Everything on this machine that belongs to the class."""
     found = [user.pw_name for user in pwd.getpwall() if user.pw_name.startswith(classroom.prefix)]
     found += [group.gr_name for group in grp.getgrall() if group.gr_name.startswith(classroom.prefix)]
@@ -312,7 +323,7 @@ def traces(classroom: Classroom, uids: set[int], networks: set[str]) -> list[str
             variables = (process / "environ").read_bytes().decode(errors="replace")
             if process.stat().st_uid in uids or str(classroom.folder) in words + variables:
                 found.append(f"{process.name} {words[:80]}")
-            if os.readlink(process / "ns/net") in networks:
+            if (int(process.name), processes.birth(int(process.name))) in members_of_networks:
                 found.append(f"{process.name} is in a student's network")
             if str(classroom.folder) in (process / "mountinfo").read_text():
                 found.append(f"{process.name} has a folder of the class mounted")
@@ -330,7 +341,8 @@ def test_down_leaves_nothing(ended):
         for child in children(server.pid)
     }
     assert len(networks) == 2 and os.readlink("/proc/self/ns/net") not in networks
-    assert traces(classroom, uids, networks), "nothing was found while the class was up"
+    before = inside(networks)
+    assert before and traces(classroom, uids, before), "nothing was found while the class was up"
 
     dry = run_classroom("down", *common, "--dry-run")
     assert dry.returncode == 0 and "Would end the hub and 2 servers" in dry.stdout
@@ -338,7 +350,7 @@ def test_down_leaves_nothing(ended):
 
     down = run_classroom("down", *common)
     assert down.returncode == 0, down.stderr
-    assert traces(classroom, uids, networks) == []
+    assert traces(classroom, uids, before) == []
     kept = classroom.home(classroom.find("ada"))
     assert (kept / "notebooks" / "index.ipynb").exists() and kept.stat().st_uid in uids
     assert classroom.folder.stat().st_mode & 0o077 == 0  # who gets a number of theirs now does not get in

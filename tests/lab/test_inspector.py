@@ -186,6 +186,10 @@ def test_a_goal_is_canceled_and_each_step_of_that_is_told(kernel, page):
     assert page.ask("inspector.cancel", number=state["number"])["result"] is None
     names = [event for _, event, _ in ended(page)["events"] if event != "feedback"]
     assert names == ["goal", "accepted", "cancel", "cancel accepted", "canceled"]
+    following = page.subscribe("inspector.exchanges")
+    listed = next(each for each in page.event()["data"] if each["number"] == state["number"])
+    assert (listed["state"], listed["end"]) == ("over", "canceled")
+    page.ask("unsubscribe", id=following)
     assert "it has ended" in page.ask("inspector.cancel", number=state["number"])["error"]
 
 

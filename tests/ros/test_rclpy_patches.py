@@ -61,7 +61,7 @@ def unpatched(name: str):
 
 
 def test_action_clients_are_still_without_a_lock():
-    """When this fails, rclpy locks an ActionClient itself: remove `_lock_action_clients`."""
+    """When this fails, rclpy locks an ActionClient itself: remove `lock_action_clients`."""
     assert not [name for name in rclpy_patches.UNLOCKED if "_lock" in inspect.getsource(unpatched(name))]
 
 
@@ -71,6 +71,17 @@ def test_a_patch_is_made_once():
     rclpy_patches.patch()
     assert [getattr(ActionClient, name) for name in rclpy_patches.UNLOCKED] == patched
     assert [inspect.unwrap(method) is not method for method in patched] == [True] * len(patched)
+
+
+def test_a_program_that_the_session_starts_locks_its_action_clients_too(tmp_path):
+    program = "from rclpy.action import ActionClient\nprint(hasattr(ActionClient.send_goal_async, '__wrapped__'))"
+    with (tmp_path / "stacks").open("w") as stacks:
+        variables = sitecustomize.environment(os.environ, stacks.fileno(), introspecting=False)
+        command = [sys.executable, "-c", program]
+        said = subprocess.check_output(
+            command, text=True, env={**os.environ, **variables}, pass_fds=[stacks.fileno()], timeout=60
+        )
+    assert said == "True\n"
 
 
 def test_an_answer_waits_until_its_question_is_noted(node):

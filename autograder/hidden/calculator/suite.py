@@ -352,7 +352,7 @@ def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each request, a refused one too, with its numbers and its operation."""
 
     def numbers_like_no_others() -> list[float]:
-        return [number + 0.25 for number in rng.sample(range(1009, 4999), 2)]
+        return [number + 0.5 for number in rng.sample(range(1009, 4999), 2)]
 
     for operation in calculator.abilities:
         a, b = numbers_like_no_others()

@@ -20,6 +20,7 @@ KEPT = 20  # exchanges that are kept
 ALIKE = 5  # exchanges of one name and sender that are kept: a timer must not push out all others
 INSPECTOR = "the Inspector"
 FIRST, LAST = 20, 180  # events of an exchange that are kept
+UNUSUAL = ("rejected", "canceled", "aborted")  # ends of a goal that the list tells
 LONGEST = 2000  # characters of a message that are shown
 LENGTH = 100  # elements of an array that are shown
 LARGEST = 1 << 16  # bytes of a message that is kept as sent; of a larger one only the shown text is kept
@@ -114,7 +115,10 @@ class Exchange:
         """Return its row for the list of exchanges."""
         with self._lock:
             state = "failed" if self._failed else "over" if self._over else "running"
-            return {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}
+            ends = [event for _, event, _ in (*self._first, *self._last) if event in UNUSUAL]
+            end = ends[-1] if state == "over" and ends else ""
+            row = {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}
+            return row | {"end": end}
 
     def state(self) -> dict[str, Any]:
         """Return everything that the page shows; the events are [ms since the first, event, text]."""

@@ -13,7 +13,8 @@ Exits: a program that calls `exit()` notes in the same file where it did, becaus
 Exceptions: rclpy 7.1.6 raises an exception of a callback that ran in a thread of a MultiThreadedExecutor only once the
 next callback is due.  Here that is at once.  It also gives the callback to its threads again and again until one has
 begun it, and keeps them from beginning while it does; here it waits a moment.  A response that its client cannot
-receive yet is sent again (see course/ros/rclpy_patches.py, which is loaded without the rest of the course).
+receive yet is sent again, and an action's client waits with an answer until its request is noted (see
+course/ros/rclpy_patches.py, which is loaded without the rest of the course).
 
 Introspection is switched on when a service is made, by the same thread, and not later: rclpy does not promise that
 another thread may do it while an executor works.
@@ -92,11 +93,22 @@ def patch(executors: Any) -> None:
     """Patch rclpy as soon as its executors are there."""
     from rclpy.impl.implementation_singleton import rclpy_implementation
 
+    patches = load_patches()
+    patches.repeat_lost_responses(rclpy_implementation)
+    begin_and_raise_at_once(executors, patches.HANDED_OVER)
+
+
+def lock_clients(client: Any) -> None:
+    """Patch rclpy's clients of actions as soon as their module is there."""
+    load_patches().lock_action_clients(client.ActionClient)
+
+
+def load_patches() -> Any:
+    """Load the patches, without the rest of the course."""
     spec: Any = importlib.util.spec_from_file_location("rclpy_patches", PATCHES)
     patches = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(patches)
-    patches.repeat_lost_responses(rclpy_implementation)
-    begin_and_raise_at_once(executors, patches.HANDED_OVER)
+    return patches
 
 
 def begin_and_raise_at_once(executors: Any, handed_over: float) -> None:
@@ -161,6 +173,7 @@ def begin() -> None:
         for owner, name in ((builtins, "exit"), (builtins, "quit"), (sys, "exit"), (os, "_exit")):
             setattr(owner, name, noted(getattr(owner, name), stacks))
         sys.meta_path.insert(0, AfterImport("rclpy.executors", patch))
+        sys.meta_path.insert(0, AfterImport("rclpy.action.client", lock_clients))
     if os.environ.pop(WANTED, ""):
         with contextlib.suppress(Exception):  # the program itself will raise it when it imports rclpy
             from rclpy.node import Node

@@ -387,6 +387,7 @@ interface Summary {
   name: string;
   by: string;
   state: string;
+  end: string; // how a goal has ended that has not succeeded, or ''
 }
 
 /** The flow diagram of one of the last calls and goals. */
@@ -413,7 +414,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
           >
             {all.map(each => (
               <option key={each.number} value={each.number}>
-                {`${each.number.split('.')[1]}: ${each.kind} ${each.name} from ${each.by}${each.state === 'over' ? '' : `, ${each.state}`}`}
+                {`${each.number.split('.')[1]}: ${each.kind} ${each.name} from ${each.by}${each.state !== 'over' ? `, ${each.state}` : each.end && `, ${each.end}`}`}
               </option>
             ))}
           </select>

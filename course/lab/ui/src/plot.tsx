@@ -231,7 +231,8 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
   const { link } = props;
   const [known, setTopics] = React.useState<[string, string][] | null>(null);
   const [chosen, setChosen] = React.useState('');
-  const [fields, setFields] = React.useState<string[]>([]);
+  const [found, setFound] = React.useState<string[] | null>(null); // null until the kernel has answered
+  const fields = found ?? [];
   const [field, setField] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const id = React.useId();
@@ -241,7 +242,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
   const [topic, type] = topics.find(each => each[0] === chosen) ?? usual ?? topics[0] ?? ['', ''];
   React.useEffect(() => {
     let wanted = true;
-    setFields([]);
+    setFound(null);
     setField('');
     setFailed('');
     if (type) {
@@ -249,7 +250,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
         (found: string[]) => {
           if (wanted) {
             const usual = found.find(each => each === USUAL || each.endsWith(`.${USUAL}`));
-            setFields(found);
+            setFound(found);
             setField(usual ?? found.find(each => !each.startsWith('header.')) ?? found[0] ?? '');
           }
         },
@@ -302,7 +303,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
       <div role="status">
         {failed ||
           (props.full && `At most ${MOST}: remove one first.`) ||
-          (type && !fields.length && !failed && `${type} has no numbers.`)}
+          (type && found?.length === 0 && !failed && `${type} has no numbers.`)}
       </div>
     </form>
   );

@@ -74,6 +74,12 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     setSaid
   );
   useFacts(state);
+  const hindrance = React.useRef('');
+  React.useEffect(() => {
+    // What kept the reader from driving is not said any longer than it holds.
+    setSaid(before => (before === hindrance.current ? '' : before));
+    hindrance.current = state.idle;
+  }, [state.idle]);
   useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
   const up = link?.state === 'up';
