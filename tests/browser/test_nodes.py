@@ -106,14 +106,17 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     panel.get_by_role("button", name="Start greeter.py").press("Enter")  # as without a mouse
     expect(node).to_be_visible()
     # The focus stays in the panel, wherever the row goes meanwhile, and the node stays open when it is restarted.
+    process = panel.locator(".ros-Node-details > p").first
+    before = process.inner_text()
+    stop = panel.get_by_role("button", name="Stop greeter.py")
+    expect(stop).to_have_attribute("aria-disabled", "false")
     panel.get_by_role("button", name="Restart greeter.py").press("Enter")
-    expect(panel.get_by_text("word = 'hello'")).to_be_visible()
+    expect(process).not_to_have_text(before)
+    expect(process).to_contain_text("greeter.py, process")
+    expect(stop).to_have_attribute("aria-disabled", "false")
     assert page.evaluate(FOCUS_IN_PANEL)
-    panel.get_by_role("button", name="Stop greeter.py").press("Enter")
+    stop.press("Enter")
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
-    assert page.evaluate(FOCUS_IN_PANEL)
-    panel.get_by_role("button", name="Start greeter.py").press("Enter")
-    expect(node).to_be_visible()
     assert page.evaluate(FOCUS_IN_PANEL)
     page.set_viewport_size({"width": 390, "height": 800})
     page.wait_for_function(

@@ -117,10 +117,10 @@ function same(node: Node): (other: Node) => boolean {
   return other => other.name === node.name && other.key === node.key;
 }
 
-/** What outlasts the item of a node that is restarted: for a moment there is none. */
+/** What outlasts the item of a node: one that is restarted has none for a moment, and one that starts gets another. */
 interface Memory {
   asked: string; // the item whose button was pressed last
-  open: Set<string>;
+  open: Set<string>; // names of nodes
 }
 
 interface Item {
@@ -132,7 +132,7 @@ interface Item {
 }
 
 function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
-  const [open, setOpen] = React.useState(wanted || memory.open.has(key));
+  const [open, setOpen] = React.useState(wanted || memory.open.has(node.name));
   const button = React.useRef<HTMLButtonElement>(null);
   React.useLayoutEffect(() => {
     const [row, panel] = [item.current!, item.current!.closest<HTMLElement>('.ros-Panel')];
@@ -146,7 +146,7 @@ function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
     };
   }, []);
   const toggle = () => {
-    open ? memory.open.delete(key) : memory.open.add(key);
+    open ? memory.open.delete(node.name) : memory.open.add(node.name);
     setOpen(!open);
   };
   const [doing, setDoing] = React.useState('');
