@@ -190,18 +190,18 @@ def _look_for_a_loop(over: threading.Event, thread: int, began: float) -> None:
 
 def _news_after(result: Any, *_: Any) -> None:
     """Report, after a cell, slips in its text and messages from its nodes' callbacks; note a check that has run."""
+    cell = str(result.info.raw_cell or "")
     _looking[0].set()
     if result.error_before_exec is None:
-        _note_check(str(result.info.raw_cell or ""), passed=bool(result.success))
+        _note_check(cell, passed=bool(result.success))
     if isinstance(result.error_before_exec, SyntaxError):
-        _tell_of_shell(str(result.info.raw_cell or ""))
-    cell = str(result.info.raw_cell or "")
+        _tell_of_shell(cell)
     shell = get_ipython()
     for text in (*slips(cell), *(misread(cell, shell.user_ns) if shell else ())):
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:
-        asked = ASKS.findall(str(result.info.raw_cell or "")) if time.monotonic() - _began[0] > LATE else []
+        asked = ASKS.findall(cell) if time.monotonic() - _began[0] > LATE else []
         for at in filter(None, (session.doing(f"/{name}") for name in dict.fromkeys(asked))):
             print(at, file=sys.stderr)
         for text in session.watch.notices():

@@ -14,6 +14,12 @@ SERVICES_OF_EVERY_NODE = {
 SEND = "/_action/send_goal"  # a service of every action server
 OF_EVERY_NODE = ("rcl_interfaces/", "type_description_interfaces/")  # types of the services that every node has
 
+# The names of the types of parameters, as `ros2 param` has them, in the order of rcl_interfaces/msg/ParameterType.
+TYPE_NAMES = (
+    "not set", "boolean", "integer", "double", "string",
+    "byte array", "boolean array", "integer array", "double array", "string array",
+)  # fmt: skip
+
 
 def is_hidden(name: str) -> bool:
     """Return True if any part of the name of a topic, service or node begins with an underscore."""

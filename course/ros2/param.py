@@ -7,16 +7,11 @@ from typing import Any
 
 from course.ros.elsewhere import tell_if_alone
 from course.ros.graph import Graph
-from course.ros.names import absolute
+from course.ros.names import TYPE_NAMES, absolute
 from course.ros.parameter_services import call, list_parameters, set_parameter
 from course.ros2 import completion, grammar
 from course.ros2.grammar import Verb
 
-# The names of types in `list --param-type` and `describe`, in the order of rcl_interfaces/msg/ParameterType.
-TYPE_NAMES = (
-    "not set", "boolean", "integer", "double", "string",
-    "byte array", "boolean array", "integer array", "double array", "string array",
-)  # fmt: skip
 # The text that `get` prints before a value, and the field of rcl_interfaces/msg/ParameterValue with the value.
 VALUES = (
     ("Parameter not set.", None),

@@ -48,7 +48,7 @@ class SessionLogs:
 
     def _programs(self) -> list[NodeProcess]:
         started = {key: each for key, each in list(self._handles.items()) if isinstance(each, NodeProcess)}
-        return list({**self._stopped.copy(), **started}.values())
+        return list({**self._stopped, **started}.values())
 
     def wait(self, name: str | None, text: str, timeout: float) -> bool:
         """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any.

@@ -1,32 +1,18 @@
 """A process leaves its ROS domain without the wait in which Fast DDS can hang for good."""
 
-import contextlib
-
 import pytest
-from rclpy.context import Context
-from rclpy.node import Node
 
 from autograder.suitekit import ros
 from course.foundation.waiting import wait_until
 from course.ros import fast_dds, graph
 from course.session import live
-
-
-@contextlib.contextmanager
-def beside(domain: int):
-    """A node of another context of this process."""
-    context = Context()
-    context.init(args=[], domain_id=domain)
-    other = Node("other", context=context)
-    yield other
-    other.destroy_node()
-    context.try_shutdown()
+from tests.ros.conftest import node_of_a_context
 
 
 def test_who_is_about_to_leave_hears_of_nobody_any_more_and_is_still_heard_of(node, domain):
     """When this fails, look whether the version of Fast DDS has another interface, and still needs this."""
     assert fast_dds.ignore_discovery(domain)
-    with beside(domain) as other:
+    with node_of_a_context("other", domain) as other:
         assert wait_until(lambda: other.count_publishers("/rosout") == 2, 10)
         assert wait_until(lambda: "other" in node.get_node_names(), 10)
         assert node.count_publishers("/rosout") == 1
@@ -34,7 +20,7 @@ def test_who_is_about_to_leave_hears_of_nobody_any_more_and_is_still_heard_of(no
 
 def test_a_process_that_has_two_participants_keeps_hearing(node, domain):
     """Only one of them may be about to leave, and nobody says which."""
-    with beside(domain):
+    with node_of_a_context("other", domain):
         assert not fast_dds.ignore_discovery(domain)
         assert wait_until(lambda: node.count_publishers("/rosout") == 2, 10)
 

@@ -130,18 +130,18 @@ class Motors(Server):
 
     def _overlap(self, first: tuple[str, bool], second: tuple[str, bool], after: float) -> bool | None:
         """Return whether the first was under way `after` s later; None if one of the two has got no answer."""
-        met = False
         self.up(offer(ENABLE), offer(STOP))
-        program, futures = self.program, []
-        for ros, clients, (service, on) in (
-            (self.ros, self.clients, first),
-            (self.second, self.second_clients, second),
-        ):
-            futures.append(ros.send(clients[service], SetBool.Request(data=on)))
+        program = self.program
+
+        def sent(ros: Ros, clients: dict[str, Any], command: tuple[str, bool]) -> Any:
+            service, on = command
             if service == STOP:
                 self._pressed = on
-            if service == first[0]:
-                met = not wait_until(futures[0].done, after)
+            return ros.send(clients[service], SetBool.Request(data=on))
+
+        futures = [sent(self.ros, self.clients, first)]
+        met = not wait_until(futures[0].done, after)
+        futures.append(sent(self.second, self.second_clients, second))
         wait_until(lambda: all(future.done() for future in futures) or not program.alive, self.allow(ANSWER))
         if not all(future.done() for future in futures):
             self.end()

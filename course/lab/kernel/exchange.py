@@ -115,10 +115,18 @@ class Exchange:
         """Return its row for the list of exchanges."""
         with self._lock:
             state = "failed" if self._failed else "over" if self._over else "running"
-            ends = [event for _, event, _ in (*self._first, *self._last) if event in UNUSUAL]
-            end = ends[-1] if state == "over" and ends else ""
-            row = {"number": self.number, "kind": self.kind, "name": self.name, "by": self.by, "state": state}
-            return row | {"end": end}
+            row = {
+                "number": self.number,
+                "kind": self.kind,
+                "name": self.name,
+                "by": self.by,
+                "state": state,
+                "end": "",
+            }
+            if state == "over":  # the end may be followed by the answer to a cancel
+                events = (event for _, event, _ in reversed((*self._first, *self._last)))
+                row["end"] = next((event for event in events if event in UNUSUAL), "")
+            return row
 
     def state(self) -> dict[str, Any]:
         """Return everything that the page shows; the events are [ms since the first, event, text]."""

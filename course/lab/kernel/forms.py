@@ -20,7 +20,8 @@ WHOLE = {
     f"{sign}int{bits}": (0, 2**bits - 1) if sign else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
     for sign in ("", "u")
     for bits in (8, 16, 32, 64)
-} | {"byte": (0, 255), "char": (0, 255), "integer": (-(2**63), 2**63 - 1)}
+} | {"byte": (0, 255), "char": (0, 255)}
+WHOLE["integer"] = WHOLE["int64"]  # of a parameter
 TRUE, FALSE = ("true", "yes", "on", "1"), ("false", "no", "off", "0")
 LOADERS = {
     "service": (messages.get_service, "Request"),

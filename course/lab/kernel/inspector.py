@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor, ParameterType
+from rcl_interfaces.msg import ParameterDescriptor
 from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.action import get_action_names_and_types
 from rclpy.parameter import Parameter, parameter_value_to_python
@@ -11,22 +11,14 @@ from course.errors import LiveError
 from course.lab.kernel import exchange, forms, programs, sending, traffic
 from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros.names import own_first
+from course.ros.names import TYPE_NAMES, own_first
 from course.session.live import current
 
 ANSWER = 5.0  # s
 LONGEST = 600.0  # s that a reader may choose to wait
 ARRAY = " array"
-PARAMETER_TYPES = {  # as `ros2 param describe` calls them
-    ParameterType.PARAMETER_BOOL: "boolean",
-    ParameterType.PARAMETER_INTEGER: "integer",
-    ParameterType.PARAMETER_DOUBLE: "double",
-    ParameterType.PARAMETER_STRING: "string",
-    ParameterType.PARAMETER_BOOL_ARRAY: f"boolean{ARRAY}",
-    ParameterType.PARAMETER_INTEGER_ARRAY: f"integer{ARRAY}",
-    ParameterType.PARAMETER_DOUBLE_ARRAY: f"double{ARRAY}",
-    ParameterType.PARAMETER_STRING_ARRAY: f"string{ARRAY}",
-}
+# Those that a form can set, by their numbers.
+PARAMETER_TYPES = {number: name for number, name in enumerate(TYPE_NAMES) if name not in ("not set", f"byte{ARRAY}")}
 PARAMETER = "parameter"
 RATE = "(rate)"  # cannot be the name of a message's field
 
