@@ -24,7 +24,7 @@ from autograder.sandbox.machine_load import Load
 from autograder.sandbox.sandbox import MEMORY, Sandbox
 from autograder.sandbox.supervision import GLANCE
 from autograder.sandbox.traffic import WHY, Traffic
-from autograder.sandbox.usage import children, of_sandbox, of_user, processes, running, takes_more
+from autograder.sandbox.usage import children, of_sandbox, of_user, processes, running, takes_more, visible
 from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
@@ -124,8 +124,7 @@ class Launcher:
                 look = time.monotonic() + GLANCE
                 if time.monotonic() > look_at_load:
                     look_at_load = time.monotonic() + LOAD
-                    # No program makes its own machine busy.
-                    load.look(lambda: running(processes(os.getpid()).keys() - {os.getpid()}))
+                    load.look(lambda: running(_others()))  # no program makes its own machine busy
                 for domain in traffic.look(server.used):
                     server.stop(domain, WHY)
                 stopped = self._too_much(user, end)
@@ -140,6 +139,12 @@ class Launcher:
         if takes_more(of_user(user) if user else processes(judging) | of_sandbox(judging), MEMORY):
             return f"it took more than {MEMORY >> 30} GiB of memory"
         return ""
+
+
+def _others() -> list[int]:
+    """Return the processes of this worker, without its first: all that it sees, where it is the first of all."""
+    found = visible() if os.getpid() == 1 else processes(os.getpid())
+    return [pid for pid in found if pid != os.getpid()]
 
 
 if __name__ == "__main__":

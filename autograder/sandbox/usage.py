@@ -4,18 +4,21 @@ import contextlib
 import os
 import re
 from collections.abc import Callable, Iterable
-from pathlib import Path
 
 from course.foundation.processes import stat
+
+PAGE = os.sysconf("SC_PAGE_SIZE")  # bytes
+MOST = 1 << 16  # bytes of a file of /proc, which is read many times a second, and so at once
 
 
 def of_user(user: int) -> dict[int, int]:
     """Return all visible processes of a host user, zombies included, with the number of threads of each."""
     found = {}
-    for pid in _numbers():
+    for pid in visible():
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            if os.stat(f"/proc/{pid}").st_uid == user:
-                found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+            tasks = _tasks(pid)
+            if tasks.st_uid == user:
+                found[pid] = _threads(tasks)
     return found
 
 
@@ -30,15 +33,26 @@ def of_sandbox(root: int) -> dict[int, int]:
         namespaces = {os.readlink(f"/proc/{pid}/ns/pid") for pid in children(root)}
         namespaces.discard(os.readlink(f"/proc/{root}/ns/pid"))
     found = processes(root) if not namespaces else {}
-    for pid in _numbers() if namespaces else []:
+    for pid in visible() if namespaces else []:
         with contextlib.suppress(OSError):
             if os.readlink(f"/proc/{pid}/ns/pid") in namespaces:
-                found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+                found[pid] = _threads(_tasks(pid))
     return found
 
 
-def _numbers() -> list[int]:
+def visible() -> list[int]:
+    """Return all processes of the namespace whose /proc this is."""
     return [int(name) for name in os.listdir("/proc") if name.isdigit()]
+
+
+def _tasks(pid: int) -> os.stat_result:
+    """Look at the folder of a process's threads, which belongs to its user; raises OSError when it is gone."""
+    return os.stat(f"/proc/{pid}/task")
+
+
+def _threads(tasks: os.stat_result) -> int:
+    """Return the number of folders in the folder of a process's threads: its links without its own two."""
+    return tasks.st_nlink - 2
 
 
 def processes(root: int) -> dict[int, int]:
@@ -46,7 +60,7 @@ def processes(root: int) -> dict[int, int]:
     tree, found = [root], {}
     for pid in tree:
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            found[pid] = len(os.listdir(f"/proc/{pid}/task"))
+            found[pid] = _threads(_tasks(pid))
             tree += children(pid)
     return found
 
@@ -62,7 +76,7 @@ def children(pid: int) -> list[int]:
     for task in os.listdir(f"/proc/{pid}/task"):
         # A thread that has just ended is skipped; the children of the others are still found.
         with contextlib.suppress(OSError):
-            found += map(int, Path(f"/proc/{pid}/task/{task}/children").read_text().split())
+            found += map(int, _read(f"/proc/{pid}/task/{task}/children").split())
     return found
 
 
@@ -72,7 +86,7 @@ def running(pids: Iterable[int]) -> int:
     for pid in pids:
         with contextlib.suppress(OSError):  # it has ended meanwhile
             for task in os.listdir(f"/proc/{pid}/task"):
-                found += Path(f"/proc/{pid}/task/{task}/stat").read_text().rpartition(")")[2].split()[0] == "R"
+                found += _read(f"/proc/{pid}/task/{task}/stat").rpartition(b") ")[2].startswith(b"R")
     return found
 
 
@@ -93,10 +107,19 @@ def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
 
 def resident(pid: int) -> int:
     """Return the memory (bytes) of a process; quick, but shared pages are counted for each process."""
-    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    return int(_read(f"/proc/{pid}/statm").split()[1]) * PAGE
 
 
 def proportional(pid: int) -> int:
     """Return the memory (bytes) of a process, shared pages counted proportionally; slow for a large process."""
-    found = re.search(r"^Pss:\s+(\d+) kB", Path(f"/proc/{pid}/smaps_rollup").read_text(), re.MULTILINE)
+    found = re.search(rb"^Pss:\s+(\d+) kB", _read(f"/proc/{pid}/smaps_rollup"), re.MULTILINE)
     return int(found[1]) << 10 if found else 0
+
+
+def _read(path: str) -> bytes:
+    """Return a small file of /proc; raises OSError when its process is gone."""
+    file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        return os.read(file, MOST)
+    finally:
+        os.close(file)

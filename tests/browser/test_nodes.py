@@ -219,7 +219,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
     answer = "import os\n" + SERVER.replace("self.create_service", look)
     panel = begin(page, lab, "died", answer=answer)
-    run_cell(page, CHECKS, "import pathlib\nwhile not pathlib.Path('end').exists(): pass")
+    run_cell(page, CHECKS, "import pathlib, time\nwhile not pathlib.Path('end').exists(): time.sleep(0.01)")
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for()
     (lab[2] / "died/die").touch()
     panel.get_by_role("button", name="/greeter dead").click()
