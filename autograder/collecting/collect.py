@@ -172,7 +172,13 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
     """Return why hand-ins under one name seem to be from several people; '' if they do not.
 
     A platform's user number identifies a person: Canvas's everywhere, Moodle's within one download of an assignment.
+    Without a platform and a roster, a person is whom the receipt names, of which the folder's name leaves some out.
     """
+    every = [*(each.came for each in found), *before]
+    names = {unicodedata.normalize("NFC", came.name).strip() for came in every if not came.platform}
+    if len(names) > 1 and not roster:
+        who = " and ".join(f"{name[:60]!a}" for name in sorted(names))
+        return f"hand-ins of {who} have the same folder, {found[0].student}: name each in a roster (--roster)"
     numbers: dict[tuple[str, str], set[str]] = defaultdict(set)
     everywhere = [("", each) for each in before]
     for download, came in [*((each.download, each.came) for each in found), *everywhere]:

@@ -478,3 +478,37 @@ def test_a_wrong_command_is_one_line(tmp_path, arguments, says):
     assert ran.returncode == 2
     assert says in ran.stderr
     assert "Traceback" not in ran.stderr
+
+
+def made_out_to(folder: Path, name: str, at: datetime, files: dict[str, bytes] = FILES) -> Path:
+    """An archive whose receipt has a name that `course hand-in` would not write so."""
+    with zipfile.ZipFile(handed_in(folder, "somebody", at, files)) as reader:
+        content = {name: reader.read(name) for name in reader.namelist()}
+    receipt = json.loads(content["receipt.json"]) | {"student": name}
+    return archive(folder / "made.zip", {**content, "receipt.json": json.dumps(receipt).encode()}, at)
+
+
+ODD = ("ada:l", "ada_l", "ada\N{NO-BREAK SPACE}l", "ada l\N{ZERO WIDTH JOINER}", "\N{RIGHT-TO-LEFT OVERRIDE}ada l")
+
+
+@pytest.mark.parametrize("other", ODD)
+def test_names_that_would_share_a_folder_are_not_taken_for_one_student(tmp_path, other):
+    """Not at once, and not later, when the first is laid out; a roster tells whose each is."""
+    first = made_out_to(tmp_path / "first", "ada l", EARLY)
+    second = made_out_to(tmp_path / "second", other, LATER, {**FILES, "relay.py": b"print('mine')\n"})
+    result = collect([first, second], tmp_path / "both")
+    assert (result.laid_out, len(result.unplaced)) == ([], 2)
+    assert all("have the same folder, ada_l: name each in a roster (--roster)" in line for line in result.unplaced)
+    assert "'ada l'" in result.unplaced[0] and ascii(other) in result.unplaced[0]
+
+    collect([first], tmp_path / "out")
+    before = laid_out(tmp_path / "out")
+    assert collect([second], tmp_path / "out").laid_out == []
+    assert laid_out(tmp_path / "out") == before
+
+
+def test_one_student_may_write_a_name_in_two_ways_of_unicode(tmp_path):
+    two = ("Zoe\N{COMBINING DIAERESIS}", "Zo\N{LATIN SMALL LETTER E WITH DIAERESIS} ")
+    made = [made_out_to(tmp_path / str(at.day), name, at) for name, at in zip(two, (EARLY, LATER), strict=True)]
+    result = collect(made, tmp_path / "out")
+    assert (len(result.laid_out), len(result.kept), result.unplaced) == (1, 1, [])

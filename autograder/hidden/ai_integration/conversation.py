@@ -63,6 +63,7 @@ WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
 DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
 
+NEXT = 3  # periods after a scan in which it is fresh whatever the phase of the node's timer
 TRIES = 6  # ticks until a node must have done what a scan asks for
 STAYS = 4  # commands that must then be the same
 MORE_TRIES, MORE_STAYS = 30, 11  # the same for a node that cannot be asked, and may have old ticks to work off
@@ -117,6 +118,7 @@ class Agent:
         self._bench = bench
         self.imports_course = AGENT in importing_course(bench.files)
         self.no_floats = ""  # what it returned when it was asked last and the two speeds were not both floats
+        self.of_ros = ""  # a package of ROS that it tried to import when it was asked last, and did without
 
     def ask(self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1) -> list[Command]:
         """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported.
@@ -140,11 +142,12 @@ class Agent:
             return program
 
         program = Run(AGENT, start, self._bench.clock).finish("with a few distances" if ros else "without ROS 2")
-        said, odd, no_floats = (
+        said, odd, no_floats, of_ros = (
             [line.removeprefix(about) for line in program.output.splitlines() if line.startswith(about)]
-            for about in ("answers: ", "odd: ", "no floats: ")
+            for about in ("answers: ", "odd: ", "no floats: ", "of ROS: ")
         )
         self.no_floats = no_floats[-1] if no_floats else ""
+        self.of_ros = of_ros[-1] if of_ros else ""
         try:
             answers = [Command(float(linear), float(angular)) for linear, angular in json.loads(said[-1])]
         except (IndexError, TypeError, *UNREADABLE):
@@ -316,6 +319,13 @@ class Follower(TopicProgram):
         got = self._show_until(scan, is_of_the_agent)
         if not is_of_the_agent(got[-1]):
             raise Wrong(f"{about}, {difference(got[-1], got[-1])}.", f"commands {got}, scan {scan}")
+
+    def expect_at_once(self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str]) -> None:
+        """Shown this scan once, it must give these distances (m) to the agent, if it goes by simulated time."""
+        wanted = told(front, right)
+        got = self.simulate(NEXT * PERIOD, PERIOD, lambda tick: None if tick else scan)
+        if got and self._time.can_be_asked and not any(fits(command, wanted, sectors) for command in got):
+            raise Wrong(f"{about}, {difference(got[-1], wanted, sectors)}.", f"commands {got}, scan {scan}")
 
     def read(self, scan: LaserScan, front: float, right: float) -> frozenset[str]:
         """The sectors whose distances (m) it gives to the agent, shown this scan again and again."""

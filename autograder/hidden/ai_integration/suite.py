@@ -7,6 +7,7 @@ machine changes nothing.  A node that keeps its own time by the wall clock does 
 real time instead.  Points add up to 20.
 """
 
+import contextlib
 import math
 import random
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +18,7 @@ from sensor_msgs.msg import LaserScan
 from autograder.errors import Fault
 from autograder.hidden.ai_integration.conversation import (
     BOTH,
+    NEXT,
     PERIOD,
     STOP,
     STRANGE,
@@ -52,7 +54,6 @@ DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones m
 PAUSES = (1.5, 4.0)  # s of simulated time without scans
 PAUSE_COMMANDS = 5  # that must come in each second of it at least, of 10
 FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
-NEXT = 3  # periods after a scan in which it is fresh whatever the phase of the node's timer
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
 RULES = 3  # of the agent
@@ -72,6 +73,12 @@ def test_agent_needs_no_ros(agent: Agent) -> None:
         raise Wrong(
             "Without ROS 2, decide_action must return two speeds that depend on the distances; for three very "
             f"different ones it said {'; '.join(map(said, answers))}.",
+            answers,
+        )
+    if agent.of_ros:
+        raise Wrong(
+            f"wall_agent.py must import nothing of ROS, and it tried to import {agent.of_ros}. Without ROS 2 it "
+            "decides all the same; leave the import out.",
             answers,
         )
     if agent.no_floats:
@@ -231,6 +238,20 @@ def test_sectors(follower: Follower, eye: Eye, rng: random.Random) -> None:
     front, right = some_distance(rng), some_distance(rng)
     scan = scanner.look_at(rng, {}, front=front, right=right)
     follower.expect(scan, front, right, about.format("an obstacle in the middle of each sector"))
+    expect_the_newest(follower, eye, rng)
+
+
+def expect_the_newest(follower: Follower, eye: Eye, rng: random.Random) -> None:
+    """A scan counts at once and alone, without those before it; a lost one is shown again, with other distances."""
+    for last in (False, False, True):
+        far, near = (rng.uniform(2.0, 3.0) for _ in BOTH), [some_distance(rng) for _ in BOTH]
+        follower.expect_driving(eye.scanner.flat(rng, **dict(zip(sorted(BOTH), far, strict=True))), "With a fresh scan")
+        scan = eye.scanner.flat(rng, front=near[0], right=near[1])
+        with contextlib.nullcontext() if last else contextlib.suppress(Wrong):
+            follower.expect_at_once(
+                scan, near[0], near[1], "When a scan shows other distances than the scans before it", eye.sectors
+            )
+            return
 
 
 @points(0.5, cell="wall-follower")
@@ -240,6 +261,13 @@ def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -
     for beams in (72, rng.choice([180, 240, 300]), 1440):
         scanner = Scanner(beams, eye.scanner.first, math.copysign(360.0 / beams, eye.scanner.step))
         expect_sight(follower, eye, scanner, rng, "a turn of fewer or more than 360 beams")
+    front, right = some_distance(rng), some_distance(rng)
+    sees = follower.read(eye.scanner.look(rng, front=front, right=right), front, right)
+    for _ in range(2 * (sees >= eye.sectors)):  # or else another test judges it
+        front, right = some_distance(rng), some_distance(rng)
+        scan = scanner.look(rng, front=front, right=right)
+        about = "With a scanner that has 1440 beams a turn, one of which sees the nearest obstacle"
+        follower.expect(scan, front, right, about, eye.sectors)
     if follower.reads(BESIDE, eye, "beside"):  # or else another test judges it
         expect_sight(follower, eye, two_beams(eye), rng, "two beams, one ahead and one on the right")
         sign = math.copysign(1.0, eye.scanner.step)

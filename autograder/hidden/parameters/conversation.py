@@ -169,8 +169,9 @@ class PidNode(TopicProgram):
         """It must answer with this effort; `about` tells the student which effort is right."""
         answer = self.ask(error)
         if not near(answer.effort, effort):
+            right, got = apart(effort, answer.effort)
             raise Wrong(
-                f"{about}: {effort:.3g} was right, and it was {answer.effort:.3g}.",
+                f"{about}: {right} was right, and it was {got}.",
                 f"error {error}: expected {effort}, got {answer.effort}, parameters {self.get()}",
             )
         return answer
@@ -297,6 +298,15 @@ def between(got: float, ends: Sequence[float]) -> bool:
     low, high = sorted(ends)
     room = TIMING * max(abs(low), abs(high)) + ROUNDING
     return low - room <= got <= high + room
+
+
+def apart(right: float, got: float) -> tuple[str, str]:
+    """Return two numbers for the student, with as many digits as tell one from the other."""
+    for digits in range(3, 17):
+        shown = f"{right:.{digits}g}", f"{got:.{digits}g}"
+        if shown[0] != shown[1]:
+            break
+    return shown
 
 
 def launch_arguments(values: dict[str, Any]) -> list[str]:

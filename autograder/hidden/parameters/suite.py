@@ -210,6 +210,11 @@ def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
             pid.parameters.set({name: value})
             if pid.get().get(name) == value:  # or else another test judges it
                 pid.expect_effort(out, value, about.format(name))
+    for name, error in (("output_max", 5.0), ("output_min", -5.0)):
+        pid.arrange(kp=kp, **{name: 0.0})
+        pid.send(STILL)
+        if pid.get().get(name) == 0.0:  # or else another test judges it
+            pid.expect_effort(error, 0.0, f"With an {name} of 0, an effort beyond it must become 0")
     pid.arrange(kd=0.5)
     pid.send(-STILL)
     time.sleep(SHORT)
@@ -404,6 +409,26 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
                 f"{before} to {error}: expected {expected}, got {answer.effort}",
             )
         last, before = answer, error
+    if not pid.gains_by_launch:
+        expect_slope_after_ki(pid, kd)
+
+
+def expect_slope_after_ki(pid: PidNode, kd: float) -> None:
+    """A new ki starts the integral again, and leaves the error before as it is."""
+    before, error = 0.25, 0.125
+    pid.arrange(kd=kd)
+    last = pid.send(before)
+    pid.parameters.set({"ki": TINY})
+    time.sleep(0.06)
+    answer = pid.send(error)
+    right, from_zero = (tuple(kd * change / step for step in steps(last, answer)) for change in (error - before, error))
+    if between(answer.effort, from_zero) and not between(answer.effort, right):
+        raise Wrong(
+            "After ki was set, the slope must still be the change of the error since the message before, / the seconds "
+            f"between the two: with kd, and hardly any ki, {told(right)} was right, and it was {answer.effort:.3g}. "
+            "That is the change from 0.",
+            f"{last} then {answer}",
+        )
 
 
 @points(2, cell="pid-node")

@@ -408,6 +408,24 @@ RIGHT = {
         NODE,
         ("WallAgent()", "WallAgent(distance=0.6)"),
     ),
+    "an agent that changes what it is given, and chooses how to decide when it is made": changed(
+        agent(
+            (
+                "        self.state = State.STOPPED\n",
+                "        self.state = State.STOPPED\n        self.decide_action = self.decide\n",
+            ),
+            ("    def decide_action(", "    def decide("),
+            (
+                "        front, right = distances['front'], distances['right']\n",
+                """        for name in distances:
+            distances[name] = min(distances[name], 10.0)
+        front, right = distances.pop('front'), distances.pop('right')
+""",
+            ),
+        ),
+        NODE,
+        ("decide_action(self.distances)", "decide_action(dict(self.distances))"),
+    ),
 }
 
 ROOMS = {"hall", "block", "bend"}
@@ -538,6 +556,44 @@ WRONG = {
         | {"sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise"}
         | VALUES
         | ROOMS,
+    ),
+    "the agent does with a Twist if there is one": (
+        agent(
+            (
+                "        front, right = distances['front'], distances['right']\n",
+                """        try:
+            from geometry_msgs.msg import Twist
+            self.command = Twist()
+        except ImportError:
+            self.command = None
+        front, right = distances['front'], distances['right']
+""",
+            )
+        ),
+        {"agent_needs_no_ros"},
+    ),
+    "the mean of the last two scans": (
+        node(
+            (
+                "        self.distances = nearest(msg)\n",
+                """        new = nearest(msg)
+        old, self.before = getattr(self, 'before', new), new
+        self.distances = {name: (new[name] + old[name]) / 2 for name in new}
+""",
+            )
+        ),
+        {"sectors"},
+    ),
+    "every fourth beam of many": (
+        node(
+            (
+                "    degrees = np.degrees(",
+                """    if len(ranges) > 720:
+        ranges, angles = ranges[::4], angles[::4]
+    degrees = np.degrees(""",
+            )
+        ),
+        {"any_number_of_beams"},
     ),
     "all in one file": ({**REFERENCE, NODE: ONE_FILE}, {"asks_its_agent"}),
     "no class WallAgent": (

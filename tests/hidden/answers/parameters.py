@@ -852,6 +852,19 @@ WRONG = {
         node((RULE, "if not limits['output_max'] - limits['output_min'] >= 0.001:")),
         {"one_limit"},
     ),
+    "a limit of 0 counts as none": (
+        node((CLAMP, "max(self.value('output_min') or -10.0, min(self.value('output_max') or 10.0, effort))")),
+        {"clamped"},
+    ),
+    "a new ki forgets the error before": (
+        node(
+            (
+                "self.ki, self.integral = param.value, 0.0",
+                "self.ki, self.integral, self.last_error = param.value, 0.0, 0.0",
+            )
+        ),
+        {"derivative"},
+    ),
     "looks at limits that are not declared yet": (
         node(
             (

@@ -2,8 +2,9 @@
 
 QUESTIONS is a JSON list of the distances that `decide_action` is given, with the `times` that it is asked: the last
 answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer; before that `odd: ` and an answer
-that has none, and `no floats: ` and one whose speeds are not both floats. With `no-ros`, importing a ROS package fails
-as on a computer without ROS, the class must be called WallAgent, and its answers must be dicts with the right keys.
+that has none, `no floats: ` and one whose speeds are not both floats, and `of ROS: ` and a package of ROS that it has
+tried to import, for all its answers. With `no-ros`, importing such a package fails as on a computer without ROS, the
+class must be called WallAgent, and its answers must be dicts with the right keys.
 Otherwise any class with a `decide_action` will do, and any two numbers, so that a wrong name costs one test.
 """
 
@@ -18,6 +19,9 @@ MESSAGES = ("_msgs", "_srvs")
 TOLD = 100  # characters of an answer without two speeds
 
 
+tried: list[str] = []  # packages of ROS that were to be imported
+
+
 class WithoutRos:
     """Finds no package of ROS."""
 
@@ -26,6 +30,7 @@ class WithoutRos:
         """Raise ModuleNotFoundError for a ROS package, and leave all others to the finders behind it."""
         package = name.partition(".")[0]
         if package.startswith(ROS) or package.endswith(MESSAGES):
+            tried.append(package)
             raise ModuleNotFoundError(f"No module named '{package}'")
 
 
@@ -56,4 +61,6 @@ if __name__ == "__main__":
         print(f"\nodd: {odd}")
     if no_floats:
         print(f"\nno floats: {no_floats}")
+    if tried:
+        print(f"\nof ROS: {tried[0]}")
     print(f"\nanswers: {json.dumps(answers)}", flush=True)

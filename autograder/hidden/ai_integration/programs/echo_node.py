@@ -20,6 +20,7 @@ import copy
 import importlib
 import math
 import runpy
+import types
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -87,19 +88,35 @@ class Answer(dict[Any, float]):
 
 def telling(own: Any, sign: float) -> Any:
     """The class `own`, whose objects tell what they were given."""
-    decide: Callable[..., Any] = own.decide_action
 
-    def decide_action(self: Any, distances: Any, *others: object, **more: object) -> Any:
-        """Decide as the student's agent does, and answer with the distances."""
-        before, answer = asked[0], None
-        with contextlib.suppress(Exception):
-            answer = decide(self, distances, *others, **more)
-        if asked[0] > before:  # it has asked WallAgent
-            return answer
-        asked[0] += sign > 0
-        return like(answer, *speeds(distances, sign, self))
+    def instead_of(decide: Callable[..., Any]) -> Callable[..., Any]:
+        def decide_action(self: Any, distances: Any, *others: object, **more: object) -> Any:
+            """Decide as the student's agent does, which may change the distances, and answer with them as they were."""
+            before, answer, given = asked[0], None, distances
+            with contextlib.suppress(Exception):
+                given = copy.copy(distances)
+            with contextlib.suppress(Exception):
+                answer = decide(self, distances, *others, **more)
+            if asked[0] > before:  # it has asked WallAgent
+                return answer
+            asked[0] += sign > 0
+            return like(answer, *speeds(given, sign, self))
 
-    own.decide_action = decide_action
+        return decide_action
+
+    begin = own.__init__
+
+    def __init__(self: Any, *args: object, **more: object) -> None:  # noqa: N807
+        """Begin as the student's agent does, which may choose its `decide_action` now."""
+        begin(self, *args, **more)
+        chosen = getattr(self, "__dict__", {}).get("decide_action")
+        if callable(chosen):
+            tell = instead_of(lambda _, *args, **more: chosen(*args, **more))
+            object.__setattr__(self, "decide_action", types.MethodType(tell, self))
+
+    if hasattr(own, "decide_action"):
+        own.decide_action = instead_of(own.decide_action)
+    own.__init__ = __init__
     return own
 
 
