@@ -7,7 +7,15 @@ from collections.abc import Sequence
 from autograder.suitekit.untrusted import UNREADABLE
 
 EXECUTING = {"exec", "eval", "compile", "__import__", "__builtins__"}
-RUNNING = {"builtins", "code", "ctypes", "importlib", "marshal", "runpy", "subprocess"}  # modules that run other code
+RUNNING = {  # modules that run other code, or find it
+    *("bdb", "builtins", "cProfile", "code", "codeop", "ctypes", "doctest", "importlib", "marshal", "pdb", "pickle"),
+    *("pkgutil", "profile", "pydoc", "runpy", "subprocess", "timeit", "trace", "zipimport"),
+}
+# What reads text that is not in the program's statements, such as a comment of another file: no exercise asks for that.
+READING = {
+    *("open", "read_text", "read_bytes", "readlines", "get_data", "fromfile", "genfromtxt", "loadtxt", "memmap"),
+    *("getline", "getlines", "getcomments", "getsource", "getsourcelines", "get_source", "__doc__"),
+}
 ROS = "rclpy"
 
 
@@ -35,7 +43,9 @@ def may_hide(nodes: Sequence[ast.AST], size: int) -> bool:
     """Return True if a program whose tokens have `size` characters may run other code, or is mainly literals."""
     names = [node for node in nodes if isinstance(node, ast.Name)]
     own = {node.id for node in names if isinstance(node.ctx, ast.Store)}
-    if (EXECUTING & {node.id for node in names}) - own or RUNNING & _modules(nodes):
+    used = {node.id for node in names} | {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    imported = {alias.name for node in nodes if isinstance(node, ast.ImportFrom) for alias in node.names}
+    if EXECUTING & {node.id for node in names} - own or RUNNING & _modules(nodes) or READING & (used | imported) - own:
         return True
     simple = [node for node in nodes if isinstance(node, ast.stmt) and not hasattr(node, "body")]
     return sum(_literals(node) for node in simple if not _is_docstring(node)) > size

@@ -191,6 +191,35 @@ def test_a_packed_program_is_named_however_it_is_executed(known, way):
     assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
 
 
+ELSEWHERE = {  # where the text of a program may be that does not stand in its own statements
+    "a comment of the interface": "from pathlib import Path\nT = Path('Calculate.srv').read_text()\n",
+    "an open file": "T = next(iter(open('Calculate.srv')))\n",
+    "a line of a file": "import linecache\nT = linecache.getline('Calculate.srv', 1)\n",
+    "its own comments": "from inspect import getcomments\nT = getcomments(Help)\n",
+    "its own docstring": "T = Help.__doc__\n",
+}
+RUNS = (
+    "import rclpy\nrclpy.__dict__['__buil' 'tins__']['ex' 'ec'](T)\n",
+    "from unittest import mock\nmock._importer('x')(T)\n",
+)
+
+
+@pytest.mark.parametrize("runs", RUNS, ids=["by rclpy", "by unittest"])
+@pytest.mark.parametrize("reads", ELSEWHERE.values(), ids=ELSEWHERE)
+def test_a_program_whose_text_is_read_from_elsewhere_is_named(known, reads, runs):
+    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
+    hiding = f"class Help:\n    pass\n{reads}{runs}"
+    found = compare("calculator", [("ada", {file: text}), ("bob", {file: hiding})], known, 5)
+    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+
+
+@pytest.mark.parametrize("module", ["timeit", "cProfile", "pdb", "pickle", "pkgutil", "pydoc"])
+def test_a_module_that_runs_other_code_is_named(known, module):
+    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
+    found = compare("calculator", [("ada", {file: text}), ("bob", {file: f"import {module}\n{text}"})], known, 5)
+    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+
+
 @pytest.mark.parametrize("lines", ["T = {text!r}\nf = exec\nf(T)\n", '"""{text}"""\nf = exec\nf(__doc__)\n'])
 def test_a_program_as_a_literal_is_named(known, lines):
     file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"].replace('"""', "")
