@@ -32,6 +32,7 @@ class Blocking:
     answered: float  # when the service had answered
     here: int  # where the cabin stood then
     stuck: Ride  # asked for this floor and another one, while the shaft was blocked
+    away: Ride  # asked for another one alone, while the shaft was blocked
     there: list[Ride]  # asked for this floor alone, while the shaft was blocked; and where the result says that it is
     freed: Ride  # asked for another floor, when the shaft was free again
 
@@ -274,7 +275,7 @@ class Busy(Server):
         told = ride.goal.result.floor if ride.goal.status else here
         floor = self.away()
         rides = []
-        for floors in ([here, floor], *([place] for place in dict.fromkeys((here, told)))):
+        for floors in ([here, floor], [floor], *([place] for place in dict.fromkeys((here, told)))):
             goal = self.give(floors, alive, limit)
             if goal is None:
                 return None
@@ -287,7 +288,7 @@ class Busy(Server):
             return None
         if goal.accepted and not self.over(goal, floors, limit):
             return self.unfinished(goal) if alive() else None
-        return Blocking(ride, running, sent, answered, here, rides[0], rides[1:], Ride(floors, goal))
+        return Blocking(ride, running, sent, answered, here, rides[0], rides[1], rides[2:], Ride(floors, goal))
 
     def _ask(self, limit: float, alive: Alive) -> Asked | None:
         ride = self.begin_long(alive, limit)
