@@ -3,6 +3,8 @@
 import os
 from pathlib import Path
 
+MOST = 1 << 22  # process ids (proc(5), pid_max)
+
 
 def stat(pid: int | str) -> list[str]:
     """Return the fields of /proc/PID/stat from the third (the state) on; raises OSError if there is no such process.
@@ -23,6 +25,19 @@ def birth(pid: int) -> int:
         return 0 if fields[0] in ("Z", "X") else int(fields[19])
     except (OSError, IndexError, ValueError):
         return 0
+
+
+def session(pid: int) -> int:
+    """Return the id of the session that a process belongs to (setsid(2)); 0 if it is gone."""
+    try:
+        return os.getsid(pid)
+    except OSError:
+        return 0
+
+
+def in_session(session_id: int, low: int) -> bool:
+    """Return True if the low 16 bits of the id of one of the session's processes are `low`."""
+    return any(session(pid) == session_id for pid in range(low, MOST, 1 << 16))
 
 
 def user(pid: int) -> int:

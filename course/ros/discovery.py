@@ -79,7 +79,17 @@ def is_of_process(endpoint_gid: Iterable[int], pid: int) -> bool:
 
     Fast DDS 2.14 puts the low 16 bits of the process id into the id of its participant (`GuidPrefix_t`).
     """
-    return bytes(endpoint_gid)[4:6] == struct.pack("<H", pid & 0xFFFF)
+    return mark_in(endpoint_gid) == mark(pid)
+
+
+def mark(pid: int) -> int:
+    """Return what an endpoint's id tells of its process's id."""
+    return pid & 0xFFFF
+
+
+def mark_in(endpoint_gid: Iterable[int]) -> int:
+    """Return the mark of an endpoint's process; 0 in an empty id."""
+    return int.from_bytes(bytes(endpoint_gid)[4:6], "little")
 
 
 def announcement(port: int) -> bytes:

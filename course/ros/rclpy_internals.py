@@ -14,10 +14,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
+from types import FunctionType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy._rclpy_pybind11 import InvalidHandle, NodeNameNonExistentError, RCLError
 from rclpy.impl.implementation_singleton import rclpy_implementation
+
+from course.ros.taking import take
 
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
     from rcl_interfaces.msg import SetParametersResult
@@ -27,6 +30,7 @@ if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no t
     from rclpy.executors import Executor, MultiThreadedExecutor
     from rclpy.node import Node
     from rclpy.parameter import Parameter
+    from rclpy.qos import QoSProfile
     from rclpy.task import Future
 
 __all__ = ["InvalidHandle", "NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
@@ -175,6 +179,32 @@ def replace_in_rclpy(
     original = getattr(owner, name)
     setattr(owner, name, functools.wraps(original)(make(original)))
     return functools.partial(setattr, owner, name, original)
+
+
+def create_telling_subscription(
+    node: Node, kind: type, topic: str, callback: Callable[[bytes, dict[str, Any]], None], qos: QoSProfile
+) -> None:
+    """Subscribe `node` to serialized messages; the info on each has the id of its publisher, too, as "publisher".
+
+    Seen in 7.1.6: `take_message` drops it, and `create_subscription` takes no other class.
+    """
+    make = inspect.unwrap(type(node).create_subscription)
+    names = {**make.__globals__, "_rclpy": SimpleNamespace(Subscription=_telling_subscription())}
+    create = FunctionType(make.__code__, names, make.__name__, make.__defaults__, make.__closure__)
+    create.__kwdefaults__ = make.__kwdefaults__
+    create(node, kind, topic, callback, qos, raw=True)
+
+
+@functools.cache
+def _telling_subscription() -> type:
+    class TellingSubscription(rclpy_implementation.Subscription):
+        def take_message(self, kind: type, raw: bool) -> tuple[Any, dict[str, Any]] | None:
+            try:
+                return take(self.pointer) or super().take_message(kind, raw)
+            except (AttributeError, OSError):  # with other libraries than those of this version
+                return super().take_message(kind, raw)
+
+    return TellingSubscription
 
 
 class GoalFault(Enum):

@@ -6,9 +6,9 @@ import re
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Literal, TypeVar, cast
+from typing import Any, Literal, TypeVar, cast
 
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
@@ -17,6 +17,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from course.foundation.untrusted import visible
 from course.foundation.waiting import wait_until
+from course.ros.discovery import mark_in
+from course.ros.rclpy_internals import create_telling_subscription
 
 LEVELS = {10: "DEBUG", 20: "INFO", 30: "WARN", 40: "ERROR", 50: "FATAL"}
 Message = TypeVar("Message")
@@ -38,9 +40,23 @@ class Entry:
     node: str
     text: str
     at: int = field(default=0, compare=False)  # when it was logged or printed, ns since 1970; 0 where nobody knows
+    process: int = field(default=0, compare=False)  # the `mark` of its process; 0 where nobody knows
 
     def __str__(self) -> str:
         return f"[{self.level}] [{self.node}]: {self.text}"
+
+
+class Logged(bytes):
+    """A /rosout message, and the `mark` of the process that published it."""
+
+    process = 0
+
+    @classmethod
+    def of(cls, message: bytes, info: Mapping[str, Any]) -> "Logged":
+        """Return a message with rclpy's info on it, see `create_telling_subscription`."""
+        logged = cls(message)
+        logged.process = mark_in(info.get("publisher", b""))
+        return logged
 
 
 class Logs(list[Entry]):
@@ -85,13 +101,14 @@ def _unglued(line: str) -> list[str]:
     return [line[: found.start()], line[found.start() :]] if found and found.start() else [line]
 
 
-def entry_of_line(name: str, line: str, at: int = 0) -> Entry:
+def entry_of_line(name: str, line: str, at: int = 0, process: int = 0) -> Entry:
     """Return the entry for a line of the program called `name`: a ROS log line, or printed output.
 
-    The line itself contains no time: `at` is when it was read, in ns since 1970.
+    The line itself contains no time: `at` is when it was read, in ns since 1970.  `process` is the program's mark.
     """
     found = LINE.match(line)
-    return Entry(found[1], found[2], found[3], at) if found else Entry("PRINT", name, line, at)
+    level, node, text = (found[1], found[2], found[3]) if found else ("PRINT", name, line)
+    return Entry(level, node, text, at, process)
 
 
 def node_of_line(line: str) -> str | None:
@@ -102,12 +119,17 @@ def node_of_line(line: str) -> str | None:
 
 def entry_of(message: bytes) -> Entry:
     """Return the entry of a /rosout message, which may be invalid, because anybody can publish there."""
+    process = process_of(message)
     if (log := decoded(message, Log)) is None:
-        return Entry(
-            "WARN", node_of(message), f"(published {len(message):,} bytes on /rosout that are not a log message)"
-        )
+        text = f"(published {len(message):,} bytes on /rosout that are not a log message)"
+        return Entry("WARN", node_of(message), text, process=process)
     at = log.stamp.sec * 10**9 + log.stamp.nanosec
-    return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg, at)
+    return Entry(LEVELS.get(log.level, str(log.level)), log.name, log.msg, at, process)
+
+
+def process_of(message: bytes) -> int:
+    """Return the mark of the process that published a /rosout message; 0 where nobody knows."""
+    return message.process if isinstance(message, Logged) else 0
 
 
 def node_of(message: bytes) -> str:
@@ -152,18 +174,17 @@ class LogBook:
 
     def __init__(self, node: Node, flooded: Callable[[str], None] = lambda node: None):
         """Subscribe; `flooded` is called, in the thread that spins `node`, with a node that logs too much."""
-        self._messages: deque[bytes] = deque(maxlen=KEPT)
+        self._messages: deque[Logged] = deque(maxlen=KEPT)
+        self._begun: dict[str, float] = {}  # by node: what it has logged before is forgotten; s of time.time()
         self.count = 0  # the number of all messages received
         self._flooded, self._sampled = flooded, time.monotonic()
         self._changed = threading.Condition(threading.RLock())
-        node.create_subscription(
-            Log, "/rosout", self._on_log, QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL), raw=True
-        )
+        qos = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        create_telling_subscription(node, Log, "/rosout", self._on_log, qos)
 
-    def _on_log(self, message: bytes) -> None:
-        message = short(message)
+    def _on_log(self, message: bytes, info: dict[str, Any]) -> None:
         with self._changed:
-            self._messages.append(message)
+            self._messages.append(Logged.of(short(message), info))
             self.count += 1
             self._changed.notify_all()
         if self.count % SAMPLE == 0:
@@ -180,29 +201,26 @@ class LogBook:
                 self._flooded(node)
 
     def read(self, node: str | None = None) -> Logs:
-        """Return the entries of `node`, or all."""
+        """Return the entries of `node`, or all, without those that are forgotten."""
         with self._changed:
-            messages = list(self._messages)
-        return Logs(entry for entry in map(entry_of, messages) if node is None or entry.node == node.lstrip("/"))
+            messages, begun = list(self._messages), dict(self._begun)
+        wanted = node and node.lstrip("/")
+        entries = (entry for entry in map(entry_of, messages) if wanted in (None, entry.node))
+        return Logs(entry for entry in entries if entry.at >= 1e9 * begun.get(entry.node, 0.0))
 
-    def since(self, count: int) -> tuple[int, list[bytes]]:
-        """Return the number of messages received so far, and the newest after the first `count`, for `entry_of`."""
+    def since(self, count: int) -> tuple[int, list[Logged]]:
+        """Return the number of messages received so far, and the newest after the first `count`, for `entry_of`.
+
+        Those that are forgotten are among them.
+        """
         with self._changed:
             new = min(self.count - count, len(self._messages))
             return self.count, list(self._messages)[len(self._messages) - new :]
 
     def forget(self, node: str, before: float = math.inf) -> None:
-        """Drop the entries of `node` stamped before a time (s of `time.time()`), or all."""
-
-        def stays(message: bytes) -> bool:
-            if node_of(message) != node or (log := decoded(message, Log)) is None:
-                return True
-            return log.stamp.sec + 1e-9 * log.stamp.nanosec >= before
-
+        """Leave out of `read` what `node` has logged before a time (s of `time.time()`), or all of it so far."""
         with self._changed:
-            kept = [message for message in self._messages if stays(message)]
-            self._messages.clear()
-            self._messages.extend(kept)
+            self._begun[node] = min(before, time.time())
 
     def wait_for(self, text: str, node: str | None = None, timeout: float = 5.0) -> bool:
         """Wait until a line (of `node`) that contains `text` is there; False after `timeout` s."""

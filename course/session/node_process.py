@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import IO
 
 from course.foundation import processes
+from course.ros.discovery import mark
 from course.ros.names import base
 from course.session.failure_report import (
     GOAL_FAILED,
@@ -64,6 +65,7 @@ class NodeProcess:
         self.nodes: list[str] = []
         self.services: set[str] = set()  # services that it has offered
         self._loggers: set[str] = set()  # its nodes that have logged on its terminal
+        self._children: set[int] = set()  # the marks of processes that it has started, which print on its terminal
         self.stopped = False  # whether the reader stopped it through the session
         self._report: FailureReport | None = None
         self._goals = False  # whether a goal has failed
@@ -174,10 +176,16 @@ class NodeProcess:
         with self._printing:
             return {base(node) for node in self.nodes} | self._loggers
 
-    @property
-    def starting(self) -> bool:
-        """Return True if it may have nodes that are not known yet."""
-        return not self.nodes and not self.ended
+    def has_printed(self, node: str, process: int) -> bool:
+        """Return True if its terminal also has what `node` logs in the process with this mark (0 if unknown).
+
+        By the process, because others may have a node of the same name.
+        """
+        if process in (0, mark(self.pid)):
+            return process != 0 or node in self.names
+        if process not in self._children and self.alive and processes.in_session(self.pid, process):
+            self._children.add(process)
+        return process in self._children
 
     @property
     def ended(self) -> bool:

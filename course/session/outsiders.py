@@ -124,7 +124,7 @@ class Outsiders:
             if base(name).startswith("_") and base(name) != UNKNOWN:
                 continue
             found = self._processes(identifier)
-            if found and _session(found[0]) not in started:  # not started by a program of the session
+            if found and processes.session(found[0]) not in started:  # not started by a program of the session
                 yield Outsider(name, found[0], _command(found[0]))
             elif not found and identifier[HOST] != self._host:  # otherwise the graph remembers an ended node
                 yield Outsider(name)
@@ -166,12 +166,6 @@ def _has(pid: int, sockets: set[str]) -> bool:
             if os.readlink(descriptor) in sockets:
                 return True
     return False
-
-
-def _session(pid: int) -> int:
-    with contextlib.suppress(OSError):
-        return os.getsid(pid)
-    return 0
 
 
 def _words(pid: int) -> list[str]:

@@ -2,13 +2,14 @@
 
 import difflib
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
 
 from course.foundation.waiting import wait_until
 from course.ros.names import base
-from course.session.following import LogFollower
+from course.session.following import LogFollower, printed_by
 from course.session.live_node import LiveNode
 from course.session.logs import FLOOD, KEPT, NAME, Entry, LogBook, Logs, program_logs
 from course.session.node_process import NodeProcess
@@ -16,6 +17,7 @@ from course.session.watch import Handle
 
 ALIKE = 0.6  # least similarity of a line and the text that was waited for, if it may be meant
 SLOW = 30.0  # s between two runs of a timer whose period may be meant in milliseconds
+ENDED = 20  # programs at most that have ended, whose output is kept for pages
 FLOODS = 20  # nodes at most that are reported for logging too much
 
 
@@ -30,14 +32,21 @@ class SessionLogs:
         self._flooding: set[str] = set()  # nodes already reported for logging too much
         self._book = LogBook(node, self._flooded)
         self._stopped: dict[str, NodeProcess] = {}  # the last of each name that was stopped, and not started again
+        self._ended: deque[NodeProcess] = deque(
+            maxlen=ENDED
+        )  # those that were stopped, for a page that is loaded again
 
     def follow(self, wanted: Callable[[Entry], bool] | None = None) -> LogFollower:
-        """Return a follower of new log entries, only those that are `wanted`."""
-        return LogFollower(self._book, self._handles, self._programs, wanted)
+        """Return a follower of new log entries, only those that are `wanted`.
+
+        Its first ones include those of nodes that have ended and were started again.
+        """
+        return LogFollower(self._book, self._all_programs, wanted)
 
     def keep(self, program: NodeProcess) -> None:
         """Keep the log of a program that was stopped, until a node of its name is started again."""
         self._stopped[program.name] = program
+        self._ended.append(program)
 
     def forget(self, node: str, before: float = math.inf) -> None:
         """Drop what `node` has logged before a time (s of `time.time()`), or all of it."""
@@ -49,6 +58,9 @@ class SessionLogs:
     def _programs(self) -> list[NodeProcess]:
         started = {key: each for key, each in list(self._handles.items()) if isinstance(each, NodeProcess)}
         return list({**self._stopped, **started}.values())
+
+    def _all_programs(self) -> list[NodeProcess]:
+        return list(dict.fromkeys([*self._ended, *self._programs()]))
 
     def wait(self, name: str | None, text: str, timeout: float) -> bool:
         """Wait, at most `timeout` s, for a line with `text` of the node or the file called `name`, or of any.
@@ -78,11 +90,10 @@ class SessionLogs:
 
         For programs their terminal output, which is in order; for other nodes the messages on /rosout.
         """
-        wanted = name and name.lstrip("/")
-        programs = self._programs()
-        printed = {node for program in programs for node in program.names if program.output}
-        entries = [entry for entry in self._book.read() if entry.node not in printed and wanted in (None, entry.node)]
-        for program in programs:
+        wanted = name.lstrip("/") if name else None
+        printed = printed_by([program for program in self._all_programs() if program.output])
+        entries = [entry for entry in self._book.read(wanted) if not printed(entry.node, entry.process)]
+        for program in self._programs():
             if wanted in (None, program.name, *map(base, program.nodes)):
                 entries += program_logs(program.name, program.output, [report.line for report in program.reports])
         return Logs(entries)

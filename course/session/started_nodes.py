@@ -73,6 +73,8 @@ class StartedNodes:
         self._presence = Presence(calls.node)
         self._again: dict[str, Callable[[], Handle]] = {}  # restarts each as it was started last
         self._changing = threading.RLock()  # held while a node is started or stopped
+        self._leaving: list[Row] = []  # the rows of what is being stopped or replaced, which stay meanwhile
+        self._starting = False
         self.introspecting = False  # whether services of started programs are introspected
 
     def start_class(
@@ -139,8 +141,10 @@ class StartedNodes:
         with self._changing:
             keys = self._called(name, self._handles) if name else list(self._handles)
             for key in keys:
-                if handle := self._handles.pop(key, None):
-                    self._stop(handle, wait)
+                if handle := self._handles.get(key):
+                    with self._shown_meanwhile(_rows(key, handle) if wait and handle.alive else []):
+                        self._handles.pop(key, None)
+                        self._stop(handle, wait)
                     if isinstance(handle, NodeProcess):
                         self._logs.keep(handle)
         if name and not keys:
@@ -212,19 +216,16 @@ class StartedNodes:
 
     def rows(self) -> list[Row]:
         """Return a row for each started node, and for each node started by others."""
-        rows, known = [], set()
-        for key, handle in list(self._handles.items()):
-            reports = tuple(map(str, handle.reports))
-            for name in handle.nodes or [handle.name]:
-                alive = handle.alive
-                row = Row(name, handle.state, handle.started, handle.where, key, alive, reports, over=handle.over)
-                rows.append(row)
-                known.add(name)
-        outside = self._outsiders.nodes()
-        for each in outside:  # it may have the same name as one of them
-            where = f"not started by this session: {each.where}"
-            rows.append(Row(each.node, "running", None, where, process=each.process))
-            known.add(each.node)
+        handles, leaving = dict(self._handles), list(self._leaving)
+        rows = [row for row in leaving if row.started_as not in handles]
+        for key, handle in handles.items():  # one that is started again has no nodes at first
+            rows += _rows(key, handle, [row.name for row in leaving if row.started_as == key])
+        known, own = {row.name for row in rows}, {row.pid for row in [*rows, *leaving]}
+        for each in self._outsiders.nodes():  # it may have the same name as one of them
+            if each.pid not in own:
+                where = f"not started by this session: {each.where}"
+                rows.append(Row(each.node, "running", None, where, process=each.process, pid=each.pid))
+                known.add(each.node)
         rows += [
             Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
         ]
@@ -246,7 +247,11 @@ class StartedNodes:
         """Call `start` while no other thread starts or stops a node, and keep it for `restart`."""
         with self._changing:
             self._prepare()
-            handle = start()
+            self._starting = True
+            try:
+                handle = start()
+            finally:
+                self._starting, self._leaving = False, []
             self._again[handle.name] = start
             for each in self._outsiders.nodes():
                 if each.node in handle.nodes:
@@ -255,6 +260,16 @@ class StartedNodes:
                         f"{each.ending}."
                     )
         return handle
+
+    @contextlib.contextmanager
+    def _shown_meanwhile(self, rows: list[Row]) -> Iterator[None]:
+        """Keep rows in the table while their node is stopped, and until the one that replaces it is there."""
+        self._leaving = self._leaving + rows
+        try:
+            yield
+        finally:
+            if not self._starting:
+                self._leaving = []
 
     def _start_class(
         self,
@@ -426,6 +441,16 @@ class StartedNodes:
         if wait:
             self._presence.wait_until_gone(handle.nodes, others)
             self._publishing.publish()
+
+
+def _rows(key: str, handle: Handle, before: Collection[str] = ()) -> list[Row]:
+    """Return a row for each node of what was started as `key`; without any, for those `before`, or for itself."""
+    reports, over = tuple(map(str, handle.reports)), handle.over
+    pid = handle.pid if isinstance(handle, NodeProcess) else os.getpid()
+    return [
+        Row(name, handle.state, handle.started, handle.where, key, handle.alive, reports, over=over, pid=pid)
+        for name in handle.nodes or (before if handle.alive else ()) or [handle.name]
+    ]
 
 
 @contextlib.contextmanager

@@ -21,6 +21,7 @@ class Row:
     reports: tuple[str, ...] = ()  # reports on its exceptions and its end, with the reader's own lines
     process: tuple[int, int] | None = None  # id and birth of a process started by others that may be stopped here
     over: float | None = None  # time.time() of its end, if it has ended and that is known
+    pid: int = 0  # the id of its process, 0 if unknown
 
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of the row."""

@@ -34,6 +34,16 @@ def main(args=None):
 
 main()
 """
+TWIN = """import sys
+import rclpy
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('twin')
+said = sys.argv[1] if len(sys.argv) > 1 else 'inside'
+node.create_timer(0.1, lambda: node.get_logger().info(said))
+rclpy.spin(node)
+"""
 CHECK = """from std_srvs.srv import Trigger
 
 assert ros.call('/greet', Trigger).message == 'hello', 'it must say hello'

@@ -200,9 +200,9 @@ def test_a_book_tells_of_a_flood_and_forgets_only_what_it_is_asked_to():
 
     node = Node()
     book = LogBook(node, told.append)
-    node.hear(b"no message")
+    node.hear(b"no message", {})
     for number in range(3 * logs.SAMPLE):
-        node.hear(serialize_message(Log(name="one" if number % 4 else "other", msg="text")))
+        node.hear(serialize_message(Log(name="one" if number % 4 else "other", msg="text")), {})
     assert set(told) == {"one"}
     book.forget("one")
     assert {entry.node for entry in book.read()} == {"other"}

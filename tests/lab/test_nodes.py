@@ -8,11 +8,12 @@ from rcl_interfaces.msg import Log
 from rclpy.serialization import serialize_message
 
 from course.foundation.waiting import wait_until
+from course.ros.discovery import mark
 from course.ros.names import base
 from course.session.following import LogFollower
-from course.session.logs import Entry, entry_of, node_of
+from course.session.logs import Entry, Logged, entry_of, node_of
 from course.session.node_process import NodeProcess
-from tests.browser.pages import SERVER
+from tests.browser.pages import SERVER, TWIN
 from tests.kernels import Kernel
 from tests.lab.client import WAIT, Client
 
@@ -31,6 +32,29 @@ def burst():
 
 timer = node.create_timer(PERIOD, burst)
 rclpy.spin(node)
+"""
+
+
+EARLY = (1 << 22) + 7  # more than any process id
+
+
+CHILD = """import time
+import rclpy
+from rclpy.node import Node
+
+rclpy.init()
+node = Node('child')
+node.create_timer(0.05, lambda: node.get_logger().info(f'line {time.time_ns()}'))
+rclpy.spin(node)
+"""
+PARENT = """import subprocess
+import sys
+import rclpy
+from rclpy.node import Node
+
+rclpy.init()
+child = subprocess.Popen([sys.executable, 'child.py'])
+rclpy.spin(Node('parent'))
 """
 
 
@@ -76,6 +100,15 @@ def test_a_file_is_seen_to_run_is_stopped_and_started_again(kernel, page):
     assert page.ask("nodes.restart", name="greeter.py")["result"] is None
     assert nodes_until(page, "/greeter", "running")["where"] != node["where"]
     assert kernel.run("print(ros.nodes())") == "['/greeter']"
+
+
+def test_a_node_that_is_started_again_keeps_its_row(kernel, page):
+    page.subscribe("nodes")
+    start(kernel, "greeter.py", SERVER)
+    while not nodes_until(page, "/greeter", "running")["key"]:
+        pass
+    assert page.ask("nodes.restart", name="greeter.py")["result"] is None
+    assert all([node["name"] for node in event["data"]["nodes"]] == ["/greeter"] for event in page.events)
 
 
 def test_a_program_started_elsewhere_is_stopped(kernel, page):
@@ -181,33 +214,116 @@ def test_a_flood_is_shown_in_part_and_every_line_is_accounted_for(kernel, page):
 
 
 def test_a_line_that_comes_by_rosout_before_its_program_is_known_is_told_once():
-    message = serialize_message(Log(level=30, name="early", msg="one of a kind"))
+    message = Logged(serialize_message(Log(level=30, name="early", msg="one of a kind")))
+    message.process = mark(EARLY)
 
     class Book:
         def since(self, count):
             return 1, [message][count:]
 
     class Starting(NodeProcess):
-        def __init__(self):
+        def __init__(self, pid):
             self.name, self.nodes, self.over, self.lines = "early.py", [], False, []
+            self.number, self._children = pid, set()
 
+        pid = property(lambda self: self.number)
         names = property(lambda self: {base(node) for node in self.nodes})
+        alive = property(lambda self: not self.over)
         ended = property(lambda self: self.over)
 
         def printed_since(self, count):
             return len(self.lines), [(0, line) for line in self.lines[count:]]
 
-    program, stranger = Starting(), Starting()
-    follower = LogFollower(Book(), {}, lambda: [program])
+    program, stranger = Starting(EARLY), Starting(EARLY + 1)
+    follower = LogFollower(Book(), lambda: [program])
     assert follower.read(10) == ([], 0)
     program.nodes, program.lines = ["/early"], ["[WARN] [early]: one of a kind"]
     assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
     assert follower.read(10) == ([], 0)
-    # What no program prints is held for as long as one starts, and told then.
-    follower = LogFollower(Book(), {}, lambda: [stranger])
-    assert follower.read(10) == ([], 0)
-    stranger.nodes = ["/other"]
-    assert follower.read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
+    # What another process has logged is told, whatever starts meanwhile or has a node of that name.
+    for nodes in ([], ["/early"]):
+        stranger.nodes = nodes
+        assert LogFollower(Book(), lambda: [stranger]).read(10) == ([Entry("WARN", "early", "one of a kind")], 0)
+    # Where the middleware does not tell the process, the name decides.
+    message.process = 0
+    assert LogFollower(Book(), lambda: [stranger]).read(10) == ([], 0)
+
+
+def test_two_nodes_of_one_name_each_have_their_lines(kernel, page):
+    page.subscribe("nodes")
+    start(kernel, "twin.py", TWIN)
+    kernel.run(
+        "import subprocess, sys\n"
+        "outside = subprocess.Popen([sys.executable, 'twin.py', 'outside'], start_new_session=True)"
+    )
+    rows = []
+    while len(rows) < 2 or not all(row["pid"] for row in rows):
+        rows = [node for node in page.event()["data"]["nodes"] if node["name"] == "/twin"]
+    inside, outside = sorted(rows, key=lambda row: row["key"], reverse=True)
+    assert (inside["key"], outside["key"]) == ("twin.py", "")
+    assert {row["at"] for row in rows} == {f"process {row['pid']}" for row in rows}
+    page.subscribe("log", nodes=["twin"])
+    told = {}
+    while len(told) < 2:
+        told |= {line[2]: line[4] for line in of_log(page)}
+    assert told == {"inside": inside["pid"] & 0xFFFF, "outside": outside["pid"] & 0xFFFF}
+    for row, said in ((inside, "inside"), (outside, "outside")):
+        number = page.subscribe("log", nodes=["twin"], pid=row["pid"])
+        lines = []
+        while len(lines) < 5:
+            lines += [line for line in of_log(page, number) if line[2].endswith("side")]
+        assert {line[2] for line in lines} == {said}
+    page.ask("nodes.stop", name="twin.py")  # what goes on outside is told as before
+    before = time.time()
+    number = page.subscribe("log", nodes=["twin"])
+    while not any(float(line[3]) > before + 0.5 for line in of_log(page, number)):
+        pass
+    assert "outside" in kernel.run("print({entry.text for entry in ros.logs('twin')})")
+    kernel.run("outside.terminate()\noutside.wait()")
+
+
+def test_what_a_program_starts_logs_on_its_terminal_and_is_told_once(kernel, page):
+    (kernel.folder / "child.py").write_text(CHILD)
+    page.subscribe("log", nodes=["child"])
+    start(kernel, "parent.py", PARENT)
+    lines = []
+    while len(lines) < 20:
+        lines += of_log(page)
+    texts = [line[2] for line in lines if line[2].startswith("line ")]
+    assert len(texts) == len(set(texts)) > 10
+
+
+def of_log(page: Client, number: int | None = None) -> list:
+    """The lines of the log's next event, that of a subscription if one is named."""
+    while True:
+        event = page.event()
+        if "lines" in event["data"] and number in (None, event["id"]):
+            return event["data"]["lines"]
+
+
+def test_what_a_node_logged_before_it_was_started_again_stays_for_a_page_that_is_loaded_again(kernel, page):
+    start(kernel, "greeter.py", SERVER)
+    call = "from std_srvs.srv import Trigger\nros.call('/greet', Trigger)"
+    kernel.run(f"{call}\nros.logs('greeter', until='greeted')\nros.restart('greeter.py')")
+    kernel.run(f"{call}\nros.logs('greeter', until='greeted')")
+    kernel.run(
+        "from rclpy.node import Node\n"
+        "class Again(Node): pass\n"
+        "for number in range(2):\n"
+        "    ros.start(Again, 'again').node.get_logger().info(f'run {number}')\n"
+        "    ros.logs('again', until=f'run {number}')"
+    )
+    assert kernel.run("print(len(ros.logs('greeter')), [each.text for each in ros.logs('again')])") == "1 ['run 1']"
+    page.subscribe("log", nodes=["greeter", "greeter.py", "again"])
+    lines = of_log(page)
+    stamps = [float(line[3]) for line in lines]
+    assert [line[2] for line in lines if line[2] == "greeted" or "run" in line[2]][-4:] == [
+        "greeted",
+        "greeted",
+        "run 0",
+        "run 1",
+    ]
+    assert stamps == sorted(stamps)
 
 
 def test_what_was_logged_before_a_page_listens_is_older_and_did_not_come_too_fast(kernel, page):
@@ -228,17 +344,17 @@ def test_what_was_logged_before_a_page_listens_is_older_and_did_not_come_too_fas
     later = page.subscribe("log", nodes=["said"], level="INFO")
     data = next(event["data"] for event in iter(page.event, None) if event["id"] == later)
     assert (len(data["lines"]), data["lost"], data["older"] - before) == (1000, 0, 201)
-    kernel.run("ros.start(Said, 'said')\nros.stop('said')")  # whose log begins anew
 
 
 def test_a_filter_finds_its_lines_in_a_flood_that_never_ends(kernel, page):
-    start(kernel, "flood.py", FLOOD.replace("LINES", "1000").replace("PERIOD", "0.1"))  # 10,000 lines a second
+    began = time.time()
+    flood = FLOOD.replace("one of a kind", "one of another")
+    start(kernel, "flood.py", flood.replace("LINES", "1000").replace("PERIOD", "0.1"))  # 10,000 lines a second
     page.subscribe("log", level="WARN")
     for _ in range(3):
-        lines, _ = lines_until(page, "one of a kind")
-        # Programs of other tests have ended.
-        told = {tuple(line[:3]) for line in lines if line[0] != "ENDED" or line[1] in ("flood", "flood.py")}
-        assert told == {("WARN", "flood", "one of a kind")}
+        lines, _ = lines_until(page, "one of another")
+        told = {tuple(line[:3]) for line in lines if float(line[3]) > began}  # without those of other tests
+        assert told == {("WARN", "flood", "one of another")}
     page.subscribe("log", text="LINE 999 of")
     assert page.ask("nodes.stop", name="flood.py")["result"] is None
     lines, _ = lines_until(page, "line 999 of")
@@ -257,7 +373,7 @@ def test_a_log_line_comes_once_and_with_its_time_from_a_program_and_from_a_node_
         "ros.start(Talker, 'talker').node.get_logger().error('it spoke')"
     )
     more, _ = lines_until(page, "it spoke")
-    logged = [line for line in lines + more if line[0] in ("INFO", "ERROR")]
+    logged = [line for line in lines + more if line[0] in ("INFO", "ERROR") and float(line[3]) > began]
     assert [line[:3] for line in logged] == [["INFO", "greeter", "greeted"], ["ERROR", "talker", "it spoke"]]
     stamps = [line[3] for line in logged]
     assert all(re.fullmatch(r"\d+\.\d{9}", stamp) for stamp in stamps)

@@ -1,16 +1,22 @@
 """What is used of rclpy's private parts is still there, and what is mended there is still needed."""
 
 import inspect
+import os
 import threading
 
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.action import ActionClient, ActionServer
-from rclpy.executors import MultiThreadedExecutor
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
 
+from course.foundation.waiting import wait_until
 from course.ros import rclpy_internals
+from course.ros.discovery import is_of_process
 
 
 def test_shutting_an_executor_down_leaves_its_threads():
@@ -118,3 +124,30 @@ def test_who_watches_clients_is_told_and_disturbs_nobody(node):
     assert len(watcher.told) == 4
     assert rclpy_internals.action_name(goals) == "/fibonacci"
     goals.destroy()
+
+
+def test_a_raw_subscription_still_leaves_its_publisher_out_and_can_tell_it(node):
+    """When the first assertion fails, rclpy tells it itself: remove `create_telling_subscription` and `taking`."""
+    heard = {}
+    node.create_subscription(String, "told", lambda message, info: heard.update(plain=(message, info)), 10, raw=True)
+    rclpy_internals.create_telling_subscription(
+        node, String, "told", lambda message, info: heard.update(telling=(message, info)), QoSProfile(depth=10)
+    )
+    publisher = node.create_publisher(String, "told", 10)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+
+    def spun() -> bool:
+        publisher.publish(String(data="hello"))
+        executor.spin_once(0.1)
+        return len(heard) == 2
+
+    assert wait_until(spun, 30.0)
+    assert "publisher" not in heard["plain"][1]
+    message, info = heard["telling"]
+    assert deserialize_message(message, String).data == "hello"
+    (end,) = node.get_publishers_info_by_topic("/told")
+    assert info["publisher"] == bytes(end.endpoint_gid)[:16]
+    assert info.keys() - {"publisher"} == heard["plain"][1].keys()
+    assert is_of_process(info["publisher"], os.getpid())
+    executor.shutdown()

@@ -4,6 +4,7 @@ from typing import Any
 
 from course.lab.kernel.nodes import session
 from course.lab.kernel.panels import Panels, Topic
+from course.ros.discovery import mark
 from course.session.following import LogFollower
 from course.session.live import Session
 from course.session.logs import LEVELS, Entry
@@ -22,22 +23,24 @@ def add(panels: Panels) -> None:
 class LogFeed:
     """A feed of the log's new lines."""
 
-    def __init__(self, nodes: list[str] | None = None, level: str = "DEBUG", text: str = ""):
-        """Follow lines of `nodes` (names without namespace, or files; None for all), of at least `level`, with `text`.
+    def __init__(self, nodes: list[str] | None = None, level: str = "DEBUG", text: str = "", pid: int = 0):
+        """Follow lines of `nodes` (as in the log, or files; None for all), of at least `level`, with `text`.
 
-        The search for `text` ignores case.
+        The search for `text` ignores case.  With the id of a process, only lines of that one.
         """
         self._nodes = None if nodes is None else set(nodes)
+        self._process = mark(int(pid))
         self._level, self._text = SEVERITY.get(level, 0), text.casefold()
-        self._all = nodes is None and self._level <= SEVERITY["DEBUG"] and not text
+        self._all = nodes is None and self._level <= SEVERITY["DEBUG"] and not text and not pid
         self._session: Session | None = None
         self._follower: LogFollower | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"lines": [[level, node, text, stamp], ...], "lost": ..., "older": ...}.
+        """Return {"lines": [[level, node, text, stamp, process], ...], "lost": ..., "older": ...}.
 
-        A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known.  "lost" is the
-        number of lines that came too fast, "older" that of lines left out that were there before the page listened.
+        A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known, and a process the
+        low 16 bits of its id, or 0.  "lost" is the number of lines that came too fast, "older" that of lines left out
+        that were there before the page listened.
         """
         live, limit = session(), LINES
         if live is not self._session or self._follower is None:
@@ -46,7 +49,7 @@ class LogFeed:
         entries, lost = self._follower.read(limit)
         if not entries and not lost:
             return None
-        lines = [[entry.level, entry.node, _cut(entry.text), _stamp(entry.at)] for entry in entries]
+        lines = [[each.level, each.node, _cut(each.text), _stamp(each.at), each.process] for each in entries]
         return {"lines": lines, "lost": lost, "older": self._follower.older if limit == FIRST else 0}
 
     def close(self) -> None:
@@ -55,6 +58,7 @@ class LogFeed:
     def _wanted(self, entry: Entry) -> bool:
         return (
             (self._nodes is None or entry.node in self._nodes)
+            and self._process in (0, entry.process)
             and SEVERITY.get(entry.level, 0) >= self._level
             and self._text in entry.text.casefold()
         )

@@ -1,5 +1,6 @@
 """The nodes panel: running and dead nodes, their topics, services, actions and parameters; restart and stop."""
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterable
@@ -81,6 +82,8 @@ def _shown(row: Row, state: str) -> dict[str, Any]:
         "since": row.since,
         "over": row.over,
         "where": row.where,
+        "pid": row.pid,
+        "at": "this kernel" if row.pid == os.getpid() else f"process {row.pid}" if row.pid else "",
         "stories": list(row.reports),
     }
 
