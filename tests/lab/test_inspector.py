@@ -193,6 +193,27 @@ def test_a_goal_is_canceled_and_each_step_of_that_is_told(kernel, page):
     assert "it has ended" in page.ask("inspector.cancel", number=state["number"])["error"]
 
 
+def test_a_page_that_is_loaded_again_finds_the_running_goal_and_cancels_it(kernel, page):
+    fibonacci = {"kind": "action", "name": "/fibonacci"}
+    assert page.ask("inspector.latest")["result"] is None  # nothing runs
+    number = page.ask("inspector.send", **FIBONACCI, given={"order": "45"})["result"]
+    again = page_of(kernel)
+    found = again.ask("inspector.latest")["result"]
+    assert found == {**fibonacci, "number": number, "type": FIBONACCI["type_name"]}
+    assert again.ask("inspector.latest", **fibonacci)["result"] == found
+    assert again.ask("inspector.latest", kind="action", name="/other")["result"] is None
+    again.subscribe("inspector.exchange", number=number)
+    state = again.event()["data"]
+    while "feedback" not in [name for _, name, _ in state["events"]]:
+        state = again.event()["data"]
+    assert state["cancellable"]
+    assert again.ask("inspector.cancel", number=number)["result"] is None
+    assert ended(again)["end"] == "canceled"
+    assert again.ask("inspector.latest")["result"] is None
+    assert again.ask("inspector.latest", **fibonacci)["result"] == found  # its end is still shown
+    again.close()
+
+
 def test_a_message_is_published_and_its_program_and_line_do_the_same(kernel, page):
     given = {"linear": {"x": "0.25"}}
     assert follow(page, "received", **TWIST, given=given)["events"][-1][2] == "by 1 subscription"

@@ -197,6 +197,18 @@ def summaries() -> list[dict[str, Any]]:
         return [each.summary() for each in reversed(_kept)]
 
 
+def latest(kind: str = "", name: str = "") -> dict[str, str] | None:
+    """Return number, kind, name and type of the inspector's last exchange with `name`; without it, of a running one.
+
+    By it, a page that is loaded again finds what it has sent.
+    """
+    with _keeping:
+        for each in reversed(_kept):
+            if each.by == INSPECTOR and ((each.kind, each.name) == (kind, name) if name else not each.over):
+                return {"number": each.number, "kind": each.kind, "name": each.name, "type": each.type_name}
+    return None
+
+
 def find(number: str) -> Exchange:
     """The exchange with this number; raises LiveError when it is not kept any more."""
     with _keeping:

@@ -30,6 +30,7 @@ def add(panels: Panels) -> None:
         "inspector.look": look,
         "inspector.send": send,
         "inspector.cancel": lambda number: exchange.find(number).cancel(),
+        "inspector.latest": exchange.latest,
         "inspector.restart_server": restart_server,
     }
     panels.topics |= {
