@@ -173,7 +173,7 @@ class RobotListener:
     @property
     def silent(self) -> list[str]:
         """Return the publishers of commands if none has sent one for `SILENT` s: none of them drives."""
-        return self.commanders if time.monotonic() - self._driven > SILENT else []
+        return self.commanders if _is_old(self._driven) else []
 
     def nodes(self, topic: str) -> list[str]:
         """Return the nodes that publish on a topic."""
@@ -192,7 +192,7 @@ class RobotListener:
         for entry in entries:
             if found := STATE.match(entry.text):
                 self._state, self._state_at = found[1], time.monotonic()
-        if len(self.nodes("/cmd_vel")) != 1 or time.monotonic() - self._state_at > SILENT:
+        if len(self.nodes("/cmd_vel")) != 1 or _is_old(self._state_at):
             self._state = ""
         return self._state
 
@@ -274,9 +274,7 @@ class RobotListener:
         """Return the last command, [m/s, rad/s]; None if none has come for `SILENT` s."""
         if pad := self.pad.command():
             return [_finite(speed, 3) for speed in pad]
-        if time.monotonic() - self._commanded > SILENT:
-            return None
-        if "/cmd_vel" not in self._last or (command := decoded(self._last["/cmd_vel"], Twist)) is None:
+        if _is_old(self._commanded) or (command := decoded(self._last["/cmd_vel"], Twist)) is None:
             return None
         return [_finite(command.linear.x, 3), _finite(command.angular.z, 3)]
 
@@ -323,6 +321,11 @@ class _Hit:
     heard: float  # when it was received, s of time.monotonic
     text: str
     place: list[float] | None  # x m, y m
+
+
+def _is_old(at: float) -> bool:
+    """Return True if `at` (s of time.monotonic) is more than `SILENT` s ago."""
+    return time.monotonic() - at > SILENT
 
 
 def _place(text: str) -> list[float] | None:
