@@ -7,17 +7,17 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, expect_no_barriers, open_page, run_cell, show_panel, write_greeter
+from tests.browser.pages import choose, expect_no_barriers, keep_picture, open_page, run_cell, show_panel, write_greeter
 from tests.lab.test_inspector import SERVERS
 
 expect.set_options(timeout=WAIT)
 
 
-def begin(page, lab, name):
+def begin(page, lab, name, servers=SERVERS):
     """A notebook with a service and an action, and its session begun."""
     folder = lab[2] / name
     folder.mkdir(exist_ok=True)
-    (folder / "servers.py").write_text(SERVERS)
+    (folder / "servers.py").write_text(servers)
     sources = [
         "import course\n\nros = course.live()",
         "ros.start('servers.py')",
@@ -66,6 +66,22 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
     (lab[2] / "inspected/end").touch()
+
+
+def test_a_form_that_is_loaded_again_shows_the_goal_that_runs_and_cancels_it(lab, page):
+    panel = begin(page, lab, "reloaded", SERVERS.replace("time.sleep(0.05)", "time.sleep(1)"))
+    panel.get_by_label("What to do").select_option("Send a goal")
+    panel.get_by_label("order int32").fill("45")
+    panel.get_by_role("button", name="Send the goal").click()
+    flow = panel.get_by_role("region", name="Timeline").get_by_role("img")
+    expect(flow).to_have_attribute("aria-label", re.compile("goal, .*accepted, .*feedback"))
+    page.goto(f"{lab[0]}/lab/tree/reloaded/reloaded.ipynb?token={lab[1]}")
+    expect(panel.get_by_label("What to do")).to_have_value("action")
+    expect(flow).to_have_attribute("aria-label", re.compile("goal, .*accepted, .*feedback"))
+    keep_picture(page, "inspector-reloaded")
+    panel.get_by_role("button", name="Cancel the goal").click()
+    expect(flow).to_have_attribute("aria-label", re.compile("cancel accepted, .*canceled"))
+    (lab[2] / "reloaded/end").touch()
 
 
 def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):

@@ -11,6 +11,7 @@ from tests.browser.conftest import WAIT
 from tests.browser.pages import (
     CHECKS,
     SERVER,
+    TWIN,
     choose,
     draws_within,
     expect_no_barriers,
@@ -119,10 +120,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
     assert page.evaluate(FOCUS_IN_PANEL)
     page.set_viewport_size({"width": 390, "height": 800})
-    page.wait_for_function(
-        "() => { const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();"
-        " return box.width >= 310 && box.right <= 390; }"
-    )
+    page.wait_for_function(PHONE)
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
     notebook = page.locator(".jp-NotebookPanel")
     panel.get_by_role("button", name="Back to the notebook").click()
@@ -130,6 +128,10 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
 
 
+PHONE = """() => {
+    const box = document.querySelector('#ros2-course-nodes').getBoundingClientRect();
+    return box.width >= 310 && box.right <= 390;
+}"""
 FOCUS_IN_PANEL = "() => document.activeElement.closest('#ros2-course-nodes') !== null"
 MORE = """class Other(Node): pass
 for number in range(6):
@@ -175,6 +177,100 @@ def test_the_log_follows_its_end_and_an_opened_node_comes_into_sight_beside_many
     wait_for_kernel(page)
     choose(page, "Kernel", "Shut Down Kernel")
     expect(panel).to_contain_text("The notebook has no kernel.")
+
+
+TWINS = f"""import subprocess, sys
+from pathlib import Path
+Path('twin.py').write_text({TWIN!r})
+ros.start('twin.py')
+outside = subprocess.Popen([sys.executable, 'twin.py', 'outside'], start_new_session=True)
+print('both begun')"""
+
+
+def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log(lab, page):
+    page.set_viewport_size({"width": 1280, "height": 800})
+    panel = begin(page, lab, "twins")
+    run_cell(page, CHECKS, TWINS)
+    rows = panel.get_by_role("listitem").filter(has_text="/twin")
+    expect(rows.filter(has_text=re.compile(r"process \d+"))).to_have_count(2)
+    outside = rows.filter(has_not=page.get_by_role("button", name="Restart twin.py"))
+    process = re.search(r"process \d+", outside.inner_text())[0]
+    log = panel.get_by_role("log")
+    lines = log.locator(".ros-Log-line")
+    expect(lines.filter(has_text=f"twin ({process}) outside").first).to_be_visible()
+    expect(lines.filter(has_text=re.compile(r"twin \(process \d+\) inside")).first).to_be_visible()
+    keep_picture(page, "nodes-twins-1280")
+    panel.get_by_label("Node of the log").select_option(f"/twin, {process}")
+    expect(log).not_to_contain_text("inside")
+    expect(log).to_contain_text("outside")
+    panel.get_by_label("Node of the log").select_option("/twin")
+    expect(log).to_contain_text("inside")
+    expect(log).to_contain_text("outside")
+    expect_no_barriers(page, "#ros2-course-nodes", "nodes-twins")
+    page.set_viewport_size({"width": 390, "height": 844})
+    keep_picture(page, "nodes-twins-phone")
+    outside.get_by_role("button", name=re.compile("Stop")).click()
+    expect(rows).to_have_count(1)
+    expect(rows).not_to_contain_text("process")
+
+
+def test_after_a_reload_the_log_has_the_lines_of_a_node_from_before_its_restart(lab, page):
+    panel = begin(page, lab, "kept")
+    log = panel.get_by_role("log")
+    expect(log).to_contain_text("greeted")
+    process = panel.locator(".ros-Node-details > p").first
+    panel.get_by_role("button", name="/greeter running").click()
+    before = process.inner_text()
+    panel.get_by_role("button", name="Restart greeter.py").click()
+    expect(process).not_to_have_text(before)
+    expect(process).to_contain_text("greeter.py, process")
+    expect(log).to_contain_text("greeted")
+    page.goto(f"{lab[0]}/lab/tree/kept/kept.ipynb?token={lab[1]}")
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    expect(log).to_contain_text("greeted")
+
+
+PLACES = """() => {
+    window.places = [];
+    const look = () => {
+        const seen = document.querySelector('#ros2-course-nodes [aria-label="Stop keeper"]');
+        const place = seen && Math.round(seen.getBoundingClientRect().top);
+        if (place !== window.places.at(-1)) window.places.push(place);
+        requestAnimationFrame(look);
+    };
+    look();
+}"""
+STEPS = """import pathlib
+class Late(Node): pass
+ros.until(pathlib.Path('start').exists, 600)
+ros.start(Late, 'a_late_one')
+ros.until(pathlib.Path('again').exists, 600)
+ros.restart('greeter.py')
+print('started again')
+ros.until(pathlib.Path('stop').exists, 600)
+ros.stop('a_late_one')"""
+
+
+def test_on_a_phone_no_row_moves_while_other_nodes_start_and_end(lab, page):
+    panel = begin(page, lab, "steady")
+    run_cell(page, CHECKS, "from rclpy.node import Node\nclass Keeper(Node): pass\nros.start(Keeper, 'keeper')")
+    expect(panel.get_by_role("button", name="Stop keeper")).to_be_visible()
+    run_cell(page, CHECKS, STEPS)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_function(PHONE)
+    page.evaluate(PLACES)
+    late = panel.get_by_role("button", name="Stop a_late_one")
+    (lab[2] / "steady/start").touch()
+    expect(late).to_be_visible()
+    keep_picture(page, "nodes-steady-phone")
+    (lab[2] / "steady/again").touch()
+    page.get_by_text("started again", exact=True).wait_for(state="attached")
+    (lab[2] / "steady/stop").touch()
+    expect(late).to_have_count(0)
+    panel.get_by_role("button", name="Restart greeter.py").click()
+    expect(panel.get_by_role("button", name="/greeter starting")).to_be_visible()
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    assert len(page.evaluate("window.places")) == 1
 
 
 SAID = """window.said = [];

@@ -166,6 +166,10 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view).to_contain_text("No robot any more.")
     expect(view).not_to_contain_text("driven by")
     expect(view.locator(".ros-Robot-facts")).to_have_class(re.compile("ros-mod-old"))
+    ages = re.compile(r"measurednothing for (\d+) s.*no scanfor (\d+) s")
+    expect(view.locator(".ros-Robot-facts")).to_contain_text(ages)
+    measured, seen = map(int, ages.search(view.locator(".ros-Robot-facts").text_content()).groups())
+    assert abs(measured - seen) <= 1  # s
     run_cell(page, 2, f"ros.stop('world')\n{DRIVER.splitlines()[0]}\n{FAST}")
     expect(view).to_contain_text("room: pillars")
     expect(view).to_contain_text("a world in fast mode runs as its cell says")

@@ -87,6 +87,23 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
     },
     setFailed
   );
+  const up = link?.state === 'up';
+  React.useEffect(() => {
+    const untouched = () => !memory.has('kind') && !memory.has('chosen');
+    if (up && untouched()) {
+      // A page that was loaded again shows what runs.
+      link!.request('inspector.latest').then(
+        (found: Sent | null) => {
+          if (found && untouched()) {
+            const type = found.kind === 'parameter' ? '' : found.type;
+            setChosen({ [found.kind]: `${found.name} ${type}` });
+            setKind(found.kind);
+          }
+        },
+        () => undefined
+      );
+    }
+  }, [link, up]);
   const select = React.useRef<HTMLSelectElement>(null);
   React.useEffect(() => {
     if (select.current && memory.get('focus')) {
@@ -143,6 +160,14 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   );
 }
 
+/** What was sent from here, as the kernel knows it. */
+interface Sent {
+  number: string;
+  kind: Kind;
+  name: string;
+  type: string;
+}
+
 interface About {
   memory: Memory;
   link: Link;
@@ -168,6 +193,14 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   const [failed, setFailed] = React.useState('');
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
   const [reading, setReading] = React.useState(0);
+  React.useEffect(() => {
+    if (exchange === null) {
+      link.request('inspector.latest', { kind, name }).then(
+        (found: Sent | null) => found && !memory.has(`${key} exchange`) && setExchange(found.number),
+        () => undefined
+      );
+    }
+  }, [link]);
 
   React.useEffect(() => {
     let wanted = true;

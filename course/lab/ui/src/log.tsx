@@ -15,12 +15,28 @@ const LEVELS: [string, string][] = [
   ['ERROR', 'ERROR and above']
 ];
 
+/** A node whose lines may come. */
+export interface Source {
+  name: string;
+  key: string; // its file, or ''
+  pid: number; // 0 where nobody knows
+  at: string; // its process, in words
+}
+
+/** What the reader can choose: a name, or, of nodes of one name, one of them. */
+interface Choice {
+  label: string;
+  names: string[]; // as in the log
+  pid: number; // 0 for all processes
+}
+
 interface Line {
   id: number;
   level: string;
   node: string;
   text: string;
   stamp: string; // s since 1970, with nine decimals; '' where nobody knows
+  process: number; // the low 16 bits of its id; 0 where nobody knows
   times: number; // how often it came in a row; the stamp is that of the last time
 }
 
@@ -33,8 +49,8 @@ interface Shown {
 
 const EMPTY: Shown = { lines: [], next: 0, lost: 0, older: 0 };
 
-export function Log({ link, nodes }: { link: Link | null; nodes: { name: string; key: string }[] }): JSX.Element {
-  const [node, setNode] = React.useState('');
+export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JSX.Element {
+  const [chosen, setChosen] = React.useState('');
   const [level, setLevel] = React.useState('DEBUG');
   const [search, setSearch] = React.useState('');
   const text = useSettled(search, SEARCH);
@@ -42,13 +58,17 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
   const listened = useSettled(up, FIRST);
   const [{ lines, lost, older }, setShown] = React.useState<Shown>(EMPTY);
   const [failed, setFailed] = React.useState('');
-  const chosen = nodes.find(each => each.name === node);
-  // A program's log lines have the name of its node, other output that of its file.
-  const wanted = node ? [node.slice(node.lastIndexOf('/') + 1), ...(chosen?.key ? [chosen.key] : [])] : null;
+  const last = React.useRef<Choice | null>(null); // it stays when its node has ended
+  const choices = choicesOf(nodes);
+  const choice = chosen ? (choices.find(each => each.label === chosen) ?? last.current) : null;
+  last.current = choice;
+  if (choice && !choices.some(each => each.label === chosen)) {
+    choices.push(choice);
+  }
   useTopic(
     link,
     'log',
-    { nodes: wanted, level, text },
+    { nodes: choice?.names ?? null, level, text, pid: choice?.pid ?? 0 },
     data => setShown(before => added(before, data)),
     () => {
       setShown(EMPTY);
@@ -78,16 +98,17 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
       setShown(EMPTY); // the next lines are of another session
     }
   }, [up]);
-  const names = [...new Set([...nodes.map(each => each.name), ...(node ? [node] : [])])];
+  const double = nodes.filter(node => isDouble(node, nodes)).map(node => ({ ...node, name: logged(node.name) }));
+  const sources = lines.map(line => sourceOf(line, double));
   return (
     <section className="ros-Log" aria-label="Log">
       <div className="ros-Log-head">
         <h3>Log</h3>
-        <select aria-label="Node of the log" value={node} onChange={event => setNode(event.target.value)}>
+        <select aria-label="Node of the log" value={chosen} onChange={event => setChosen(event.target.value)}>
           <option value="">All nodes</option>
-          {names.map(name => (
-            <option key={name} value={name}>
-              {name}
+          {choices.map(({ label }) => (
+            <option key={label} value={label}>
+              {label}
             </option>
           ))}
         </select>
@@ -131,22 +152,24 @@ export function Log({ link, nodes }: { link: Link | null; nodes: { name: string;
           top.current = scrollTop;
         }}
       >
-        {lines.map((line, number) => (
-          <LogLine key={line.id} line={line} named={!node && lines[number - 1]?.node !== line.node} />
-        ))}
+        {lines.map((line, number) => {
+          const source = sources[number];
+          const open = choice === null || (choice.pid === 0 && source !== line.node);
+          return <LogLine key={line.id} line={line} source={source} named={open && source !== sources[number - 1]} />;
+        })}
       </div>
     </section>
   );
 }
 
 /** A line; the node is named where it is another one than in the line above, and on hovering. */
-const LogLine = React.memo(({ line, named }: { line: Line; named: boolean }) => (
-  <div className={`ros-Log-line ros-mod-${line.level}`} title={line.node}>
+const LogLine = React.memo(({ line, source, named }: { line: Line; source: string; named: boolean }) => (
+  <div className={`ros-Log-line ros-mod-${line.level}`} title={source}>
     {line.stamp && <Time stamp={line.stamp} />}
     <span className="ros-level">{line.level}</span>{' '}
     {named && (
       <>
-        <span className="ros-source">{line.node}</span>{' '}
+        <span className="ros-source">{source}</span>{' '}
       </>
     )}
     {line.text}
@@ -160,6 +183,41 @@ const LogLine = React.memo(({ line, named }: { line: Line; named: boolean }) => 
     )}
   </div>
 ));
+
+/** Return the name that a node has in the log. */
+function logged(name: string): string {
+  return name.replace(/^\//, '').replace(/\//g, '.');
+}
+
+/** Return true if another process has a node of this name. */
+export function isDouble(node: Source, nodes: Source[]): boolean {
+  return nodes.some(other => other.name === node.name && other.pid !== node.pid);
+}
+
+function choicesOf(nodes: Source[]): Choice[] {
+  const found = new Map<string, Choice>();
+  for (const node of nodes) {
+    // A program's log lines have the name of its node, other output that of its file.
+    const names = [logged(node.name), ...(node.key ? [node.key] : [])];
+    const all = found.get(node.name)?.names ?? [];
+    found.set(node.name, { label: node.name, names: [...new Set([...all, ...names])], pid: 0 });
+    if (node.at && isDouble(node, nodes)) {
+      const label = `${node.name}, ${node.at}`;
+      found.set(label, { label, names, pid: node.pid });
+    }
+  }
+  return [...found.values()];
+}
+
+/** Return who has logged a line, with its process if its node is `double`: one of several with that name. */
+function sourceOf(line: Line, double: Source[]): string {
+  const alike = double.filter(node => node.name === line.node);
+  if (line.process === 0 || alike.length === 0) {
+    return line.node;
+  }
+  const found = alike.find(node => (node.pid & 0xffff) === line.process);
+  return `${line.node} (${found?.at || 'another process'})`;
+}
 
 /** When a line was logged, by the reader's clock; the whole stamp, as ROS has it, is the title. */
 function Time({ stamp }: { stamp: string }): JSX.Element {
@@ -186,15 +244,17 @@ function two(value: number): string {
   return String(value).padStart(2, '0');
 }
 
-function added(before: Shown, data: { lines: [string, string, string, string][]; lost: number; older: number }): Shown {
+type Told = [level: string, node: string, text: string, stamp: string, process: number];
+
+function added(before: Shown, data: { lines: Told[]; lost: number; older: number }): Shown {
   let next = before.next;
   const lines = [...before.lines];
-  for (const [level, node, text, stamp] of data.lines) {
+  for (const [level, node, text, stamp, process] of data.lines) {
     const last = lines[lines.length - 1];
-    if (last && last.level === level && last.node === node && last.text === text) {
+    if (last && last.level === level && last.node === node && last.text === text && last.process === process) {
       lines[lines.length - 1] = { ...last, stamp, times: last.times + 1 };
     } else {
-      lines.push({ id: next++, level, node, text, stamp, times: 1 });
+      lines.push({ id: next++, level, node, text, stamp, process, times: 1 });
     }
   }
   return { lines: lines.slice(-KEPT), next, lost: before.lost + data.lost, older: before.older + data.older };

@@ -6,7 +6,7 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { Link } from './link';
-import { clock, Log } from './log';
+import { clock, isDouble, Log } from './log';
 import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const nodesIcon = new LabIcon({
@@ -27,6 +27,8 @@ interface Node {
   since: number | null; // s since 1970
   over: number | null; // s since 1970; null while it runs, or where nobody knows
   where: string;
+  pid: number; // 0 where nobody knows
+  at: string; // its process, in words
   stories: string[];
 }
 
@@ -70,17 +72,19 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
   const [nodes, setNodes] = React.useState<Node[] | null>(null);
   const [domain, setDomain] = React.useState<number | null>(null);
   const [failed, setFailed] = React.useState('');
+  const order = React.useRef(new Map<string, number>());
   useTopic(
     link,
     'nodes',
     {},
     data => {
-      setNodes(data.nodes);
+      setNodes(inOrder(data.nodes, order.current));
       setDomain(data.domain);
     },
     () => {
       setNodes(null);
       setFailed('');
+      order.current.clear();
     },
     setFailed
   );
@@ -104,12 +108,20 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
         {shown.map((node, number) => {
           const id = `${node.name} ${node.key} ${shown.slice(0, number).filter(same(node)).length}`;
           const chosen = node.name === wanted && node.state === 'running';
-          return <NodeItem key={id} id={id} node={node} link={link!} wanted={chosen} memory={memory.current} />;
+          const at = isDouble(node, shown) ? node.at : '';
+          return <NodeItem key={id} id={id} node={node} at={at} link={link!} wanted={chosen} memory={memory.current} />;
         })}
       </ul>
-      <Log link={link} nodes={shown.map(node => ({ name: node.name, key: node.key }))} />
+      <Log link={link} nodes={shown} />
     </>
   );
+}
+
+/** Return the nodes with new ones behind those that were shown before, so that no row moves under a finger. */
+function inOrder(nodes: Node[], order: Map<string, number>): Node[] {
+  const id = (node: Node) => node.key || `${node.name} ${node.pid}`;
+  nodes.filter(node => !order.has(id(node))).forEach(node => order.set(id(node), order.size));
+  return [...nodes].sort((one, other) => order.get(id(one))! - order.get(id(other))!);
 }
 
 /** Return a test for nodes of the same name that were started in the same way. */
@@ -126,12 +138,13 @@ interface Memory {
 interface Item {
   id: string;
   node: Node;
+  at: string; // its process, if others have a node of this name
   link: Link;
   wanted: boolean;
   memory: Memory;
 }
 
-function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
+function NodeItem({ id: key, node, at, link, wanted, memory }: Item): JSX.Element {
   const [open, setOpen] = React.useState(wanted || memory.open.has(node.name));
   const button = React.useRef<HTMLButtonElement>(null);
   React.useLayoutEffect(() => {
@@ -182,7 +195,7 @@ function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
         <button
           ref={button}
           className="ros-Node-name"
-          aria-label={`${node.name} ${state}`}
+          aria-label={`${node.name} ${state}${at ? `, ${at}` : ''}`}
           aria-expanded={open}
           aria-controls={id}
           onClick={toggle}
@@ -192,9 +205,9 @@ function NodeItem({ id: key, node, link, wanted, memory }: Item): JSX.Element {
           </span>
           <span className="ros-name">{breakable(node.name)}</span>
         </button>
-        {state !== 'running' && (
+        {(at || state !== 'running') && (
           <span className="ros-state" aria-hidden="true">
-            {state}
+            {[at, state !== 'running' ? state : ''].filter(Boolean).join(', ')}
           </span>
         )}
         {node.key && (

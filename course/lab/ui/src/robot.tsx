@@ -357,8 +357,7 @@ function Controls({
 /** The numbers of the view as text. */
 function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.Element {
   const sectors = state.scan?.sectors;
-  const stale = state.scan !== null && !state.fresh(performance.now());
-  const unmeasured = state.unmeasured(performance.now());
+  const [unseen, unmeasured] = [state.unseen(performance.now()), state.unmeasured(performance.now())];
   const speeds = state.moves && `${said(state.moves[0])} m/s, ${said(state.moves[1])} rad/s`;
   return (
     <dl className={`ros-Robot-facts${state.nodes?.sees.length ? '' : ' ros-mod-old'}`} aria-label="What the robot sees and does">
@@ -407,10 +406,10 @@ function Facts({ state, paused }: { state: RobotState; paused: boolean }): JSX.E
           </dd>
         </div>
       )}
-      {stale && (
+      {unseen > 0 && (
         <div>
           <dt>no scan</dt>
-          <dd>for {Math.round((performance.now() - state.scanAt) / 1000)} s</dd>
+          <dd>for {unseen} s</dd>
         </div>
       )}
     </dl>
@@ -421,13 +420,14 @@ function said(value: number | null): string {
   return value === null ? 'no number' : value.toFixed(2);
 }
 
-/** Draw the numbers again from time to time, if there is new data or the last scan gets old. */
+/** Draw the numbers again from time to time, if there is new data or the last data get old. */
 function useFacts(state: RobotState): void {
   const [, redraw] = React.useReducer((count: number) => count + 1, 0);
   React.useEffect(() => {
     let seen = -1;
     const timer = window.setInterval(() => {
-      if (state.version !== seen || (state.scan && !state.fresh(performance.now()))) {
+      const now = performance.now();
+      if (state.version !== seen || state.unseen(now) > 0 || state.unmeasured(now) > 0) {
         seen = state.version;
         redraw();
       }

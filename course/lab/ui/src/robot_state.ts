@@ -17,7 +17,7 @@ export type Place = [number, number, number];
 
 const TRAIL = 1200; // places
 const JUMP = 0.7; // m between two poses: the robot was put there instead of driving
-const STALE = 1500; // ms without a scan
+const STALE = 1500; // ms without a message
 const REST = 0.005; // m/s, rad/s: what is shown as 0.00
 
 export class RobotState {
@@ -104,14 +104,14 @@ export class RobotState {
     return this.silent.length ? `nobody: ${this.silent.join(' and ')} ${are} there and ${send} no commands` : 'nobody';
   }
 
-  /** Return true if scans arrive. */
-  fresh(now: number): boolean {
-    return this.scan !== null && now - this.scanAt < STALE;
+  /** Return for how long no scan has come, in s; 0 while they come, and before the first one. */
+  unseen(now: number): number {
+    return this.scan === null ? 0 : silence(this.scanAt, now);
   }
 
-  /** Return for how long no speed has been measured, in s; 0 while it is. */
+  /** Return for how long no speed has been measured, in s; 0 while it is, and before the first one. */
   unmeasured(now: number): number {
-    return now - this.movesAt < STALE ? 0 : Math.round((now - this.movesAt) / 1000);
+    return this.moves === null ? 0 : silence(this.movesAt, now);
   }
 
   /** Return where to draw the robot: interpolated between the last two known places. */
@@ -162,6 +162,11 @@ export class RobotState {
   private _before: Pose | null = null;
   private _gap = 100; // ms between the last two places
   private _since = 0;
+}
+
+/** Return for how long nothing has come since `at` (ms), in s; 0 while that is no longer than usual. */
+function silence(at: number, now: number): number {
+  return now - at < STALE ? 0 : Math.round((now - at) / 1000);
 }
 
 export function wrap(angle: number): number {
