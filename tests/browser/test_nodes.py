@@ -240,6 +240,10 @@ PLACES = """() => {
     };
     look();
 }"""
+KEEPERS = """from rclpy.node import Node
+class Keeper(Node): pass
+for name in ('fibonacci_action_server', 'keeper'):
+    ros.start(Keeper, name)"""
 STEPS = """import pathlib
 class Late(Node): pass
 ros.until(pathlib.Path('start').exists, 600)
@@ -253,7 +257,7 @@ ros.stop('a_late_one')"""
 
 def test_on_a_phone_no_row_moves_while_other_nodes_start_and_end(lab, page):
     panel = begin(page, lab, "steady")
-    run_cell(page, CHECKS, "from rclpy.node import Node\nclass Keeper(Node): pass\nros.start(Keeper, 'keeper')")
+    run_cell(page, CHECKS, KEEPERS)
     expect(panel.get_by_role("button", name="Stop keeper")).to_be_visible()
     run_cell(page, CHECKS, STEPS)
     page.set_viewport_size({"width": 390, "height": 844})
@@ -270,6 +274,8 @@ def test_on_a_phone_no_row_moves_while_other_nodes_start_and_end(lab, page):
     panel.get_by_role("button", name="Restart greeter.py").click()
     expect(panel.get_by_role("button", name="/greeter starting")).to_be_visible()
     expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    panel.get_by_role("button", name="Restart fibonacci_action_server").click()  # whose state does not fit beside it
+    expect(panel.get_by_role("button", name="/fibonacci_action_server running")).to_be_visible()
     assert len(page.evaluate("window.places")) == 1
 
 

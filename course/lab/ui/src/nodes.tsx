@@ -40,6 +40,7 @@ interface Details {
 
 const DOMAIN = 'Nodes and terminals meet only if they have the same number, their ROS domain.';
 const MARK = { running: '●', dead: '✖', stopped: '○' };
+const BUSY = '◐';
 const KINDS = ['serves', 'calls', 'publishes', 'subscribes to', 'offers the actions', 'sends goals to'];
 
 export class NodesPanel extends SidePanel {
@@ -187,8 +188,12 @@ function NodeItem({ id: key, node, at, link, wanted, memory }: Item): JSX.Elemen
     }
     setDoing('');
   };
-  const state = doing || node.state + (node.state === 'running' && node.stories.length ? ', with an error' : '');
   const trouble = node.stories.length > 0;
+  const settled = node.state + (node.state === 'running' && trouble ? ', with an error' : '');
+  const state = doing || settled;
+  // What is only being done has no text, for which the row might need another line, and move those below it.
+  const text = [at, settled !== 'running' ? settled : ''].filter(Boolean).join(', ');
+  const mark = doing ? BUSY : node.state === 'running' && trouble ? '▲' : MARK[node.state];
   return (
     <li ref={item} className={`ros-Node ros-mod-${node.state}${trouble ? ' ros-mod-trouble' : ''}`}>
       <div className="ros-Node-row">
@@ -201,13 +206,13 @@ function NodeItem({ id: key, node, at, link, wanted, memory }: Item): JSX.Elemen
           onClick={toggle}
         >
           <span className="ros-mark" aria-hidden="true">
-            {node.state === 'running' && trouble ? '▲' : MARK[node.state]}
+            {mark}
           </span>
           <span className="ros-name">{breakable(node.name)}</span>
         </button>
-        {(at || state !== 'running') && (
+        {text && (
           <span className="ros-state" aria-hidden="true">
-            {[at, state !== 'running' ? state : ''].filter(Boolean).join(', ')}
+            {text}
           </span>
         )}
         {node.key && (
