@@ -142,11 +142,11 @@ class StartedNodes:
             keys = self._called(name, self._handles) if name else list(self._handles)
             for key in keys:
                 if handle := self._handles.get(key):
+                    if isinstance(handle, NodeProcess):
+                        self._logs.keep(handle)  # at first, because its log is read meanwhile, too
                     with self._shown_meanwhile(_rows(key, handle) if wait and handle.alive else []):
                         self._handles.pop(key, None)
                         self._stop(handle, wait)
-                    if isinstance(handle, NodeProcess):
-                        self._logs.keep(handle)
         if name and not keys:
             for each in self._outsiders.nodes():
                 if name.lstrip("/") in (base(each.node), each.node.lstrip("/")):

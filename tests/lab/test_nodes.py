@@ -282,6 +282,20 @@ def test_two_nodes_of_one_name_each_have_their_lines(kernel, page):
     kernel.run("outside.terminate()\noutside.wait()")
 
 
+def test_a_line_of_a_program_is_not_told_again_when_the_program_is_stopped(kernel, page):
+    page.subscribe("log", nodes=["greeter", "greeter.py"])
+    began = time.time()
+    # Its end takes a moment, in which the log is read.
+    start(kernel, "greeter.py", SERVER.replace("rclpy.spin(Greeter())", "try:\n        rclpy.spin(Greeter())\n"
+          "    except KeyboardInterrupt:\n        __import__('time').sleep(1.5)\n        print('ends')"))  # fmt: skip
+    kernel.run("from std_srvs.srv import Trigger\nros.call('/greet', Trigger)\nros.restart('greeter.py')")
+    kernel.run("ros.stop()")
+    lines = []
+    while [line[2] for line in lines].count("ends") < 2:
+        lines += [line for line in of_log(page) if float(line[3]) > began]
+    assert [line[2] for line in lines].count("greeted") == 1
+
+
 def test_what_a_program_starts_logs_on_its_terminal_and_is_told_once(kernel, page):
     (kernel.folder / "child.py").write_text(CHILD)
     page.subscribe("log", nodes=["child"])
