@@ -71,8 +71,8 @@ class Encounter:
         self._plays += 1
         rng = self._rng
         self.floors = [rng.randrange(*self._range) for _ in range(3)]
-        if self._range[0]:  # where none is the lowest
-            self.floors[1] = 0
+        if self._range[0]:  # where none is the lowest: that one, and one twice
+            self.floors[1:2] = 0, self.floors[0]
         self.feedback = [(rng.randrange(*NUMBERS), rng.randrange(*NUMBERS)) for _ in range(FEW)]
         self.feedback.append(self.feedback[-1])  # two that are alike are two messages
         self.result = Lift.Result(floor=rng.randrange(*NUMBERS))
@@ -104,7 +104,7 @@ class Encounter:
     @property
     def doing(self) -> str:
         """Which run it is, in words for the student."""
-        floors = f"floors above {TOP}, one of 0 and " if self._range[0] > TOP else ""
+        floors = f"floors above {TOP}, one of them twice, one of 0 and " if self._range[0] > TOP else ""
         lasts = f" whose goal takes {self._lasts:g} s" if self._lasts else ""
         return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server{lasts}"
 

@@ -595,7 +595,8 @@ def test_client_sends_floors(clients: Mapping[str, Encounter]) -> None:
             how = how if len(sent) == len(run.floors) else f"{len(sent)} floors"
             raise Wrong(
                 "The client's goal must hold the floors from its command line, in their order, also those that only "
-                f"the server can refuse; called with floors above {TOP} and one of 0, it held {how}.",
+                f"the server can refuse; called with floors above {TOP}, one of them twice, and one of 0, it held "
+                f"{how}.",
                 f"sent {run.goals}, not {run.floors}: {program.output}",
             )
 

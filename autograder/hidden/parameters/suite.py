@@ -136,7 +136,7 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.renamed.expect_none("pid_node.py")
     pid.send(rng.uniform(1.0, 2.0))  # whether a new gain counts at once is judged by another test
     before, errors = len(pid.efforts.heard), [sign * rng.randrange(5, 20) / 8 for sign in (1, -1, -1, 1)]
-    errors += [errors[-1], 0.0, 0.0]  # an effort that does not change is published too
+    errors += [errors[-1], 2.0**-8, 0.0, 0.0]  # an effort that does not change is published too
     for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
     pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
@@ -238,7 +238,7 @@ def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None
     """The integral grows by error × the seconds since the message before, also while the effort is clamped."""
     ki, error = rng.randrange(4, 16) / 2, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
-    for pause, other in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error)):
+    for pause, other in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error), (0.3, -2 * error)):
         last, fault = send_after(pid, pause, other, ki, last)
         if fault:
             raise Wrong(
@@ -409,24 +409,46 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
                 f"{before} to {error}: expected {expected}, got {answer.effort}",
             )
         last, before = answer, error
+    expect_large_slope(pid, kd)
     if not pid.gains_by_launch:
-        expect_slope_after_ki(pid, kd)
+        for gain in ("ki", "kp"):
+            expect_slope_after(pid, gain, kd)
 
 
-def expect_slope_after_ki(pid: PidNode, kd: float) -> None:
-    """A new ki starts the integral again, and leaves the error before as it is."""
+def expect_large_slope(pid: PidNode, kd: float) -> None:
+    """A slope has no limits, where the effort has none that matter."""
+    pid.arrange(kp=1.0)
+    pid.send(STILL)
+    if not near(pid.send(500.0).effort, 500.0):
+        return  # judged by another test: limits do not move
+    pid.arrange(kd=kd)
+    last = pid.send(-10.0)
+    time.sleep(0.06)
+    answer = pid.send(10.0)
+    expected = tuple(kd * 20.0 / step for step in steps(last, answer))
+    if answer.effort and not between(answer.effort, expected):  # 0: whether a new gain counts at once is another test's
+        raise Wrong(
+            "A large slope counts as it is: it has no limits. With kd alone, and an error that changed by 20, "
+            f"{told(expected)} was right, and it was {answer.effort:.3g}.",
+            f"{last} then {answer}",
+        )
+
+
+def expect_slope_after(pid: PidNode, gain: str, kd: float) -> None:
+    """A new gain starts no slope again: the error and the time of the message before stay as they are."""
     before, error = 0.25, 0.125
     pid.arrange(kd=kd)
     last = pid.send(before)
-    pid.parameters.set({"ki": TINY})
+    pid.parameters.set({gain: TINY})
     time.sleep(0.06)
     answer = pid.send(error)
     right, from_zero = (tuple(kd * change / step for step in steps(last, answer)) for change in (error - before, error))
-    if between(answer.effort, from_zero) and not between(answer.effort, right):
+    begun = between(answer.effort, from_zero) or abs(answer.effort) < min(map(abs, right)) / LENIENT
+    if begun and not between(answer.effort, right):
         raise Wrong(
-            "After ki was set, the slope must still be the change of the error since the message before, / the seconds "
-            f"between the two: with kd, and hardly any ki, {told(right)} was right, and it was {answer.effort:.3g}. "
-            "That is the change from 0.",
+            f"After {gain} was set, the slope must still be the change of the error since the message before, / the "
+            f"seconds between the two: with kd, and hardly any {gain}, {told(right)} was right, and it was "
+            f"{answer.effort:.3g}.",
             f"{last} then {answer}",
         )
 

@@ -1934,6 +1934,38 @@ WRONG = {
         client((DUE, "due = self.cancel_after is not None and self.heard >= max(1, self.cancel_after)")),
         {"client_cancels_at_once"},
     ),
+    "a goal for the floor where the cabin is does not take over": (
+        server(
+            (
+                "        self.newest = goal_handle\n",
+                """        if any(floor != self.floor for floor in goal_handle.request.floors):
+            self.newest = goal_handle
+""",
+            )
+        ),
+        {"preempt_waiting"},
+    ),
+    "a goal waits while the shaft is blocked": (
+        server(
+            (
+                "        self.stop(stops, left)\n        while left:\n",
+                """        self.stop(stops, left)
+        while self.blocked and not stops and self.newest is goal_handle and not goal_handle.is_cancel_requested:
+            time.sleep(0.02)
+        while left:
+""",
+            )
+        ),
+        {"blocked_before"},
+    ),
+    "client leaves out floor 0": (
+        client(("Lift.Goal(floors=floors)", "Lift.Goal(floors=[floor for floor in floors if floor])")),
+        {"client_sends_floors"},
+    ),
+    "client sends each floor once": (
+        client(("Lift.Goal(floors=floors)", "Lift.Goal(floors=list(dict.fromkeys(floors)))")),
+        {"client_sends_floors"},
+    ),
     "client does not wait for the end of a cancelled goal": (
         client(
             (

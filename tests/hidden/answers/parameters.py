@@ -865,6 +865,46 @@ WRONG = {
         ),
         {"derivative"},
     ),
+    "a new kp forgets the error before": (
+        node(
+            (
+                "            if param.name == 'ki' and",
+                """            if param.name == 'kp':
+                self.last_error = 0.0
+            if param.name == 'ki' and""",
+            )
+        ),
+        {"derivative"},
+    ),
+    "the slope is limited": (
+        node(
+            (
+                "        self.last_error, self.last_time =",
+                "        slope = max(-100.0, min(100.0, slope))\n        self.last_error, self.last_time =",
+            )
+        ),
+        {"derivative"},
+    ),
+    "the integral is never below 0": (
+        node(
+            (
+                "        self.integral += error * step\n",
+                "        self.integral = max(0.0, self.integral + error * step)\n",
+            )
+        ),
+        {"integral"},
+    ),
+    "a small error counts as none": (
+        node(
+            (
+                "        error, now = msg.data, time.monotonic()\n",
+                """        error, now = msg.data, time.monotonic()
+        error = error if abs(error) >= 0.01 else 0.0
+""",
+            )
+        ),
+        {"proportional"},
+    ),
     "looks at limits that are not declared yet": (
         node(
             (
