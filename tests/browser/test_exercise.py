@@ -2,6 +2,7 @@
 
 import shutil
 
+import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
@@ -45,6 +46,7 @@ def type_answer(page, text):
     write_cell(page, FILE, f"%%exercise greeter.py\n{text}")
 
 
+@pytest.mark.long("a whole exercise, from the stub to the answer")
 def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_can_read_it(lab, page):
     panel = begin(page, lab, "steps")
     checks = panel.get_by_role("list", name="Checks and questions")

@@ -147,6 +147,7 @@ def test_the_watch_sees_what_it_looks_for(page):
         watch.check()
 
 
+@pytest.mark.long("all panels, one after the other")
 def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page):
     folder = lab[2] / "hostile"
     folder.mkdir()

@@ -68,6 +68,7 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     expect(terminal).to_have_count(0)
 
 
+@pytest.mark.long("all ways to open a notebook")
 def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     """Whatever is in front when it is opened; and when the page is loaded again, at the start page's address."""
     address, token, served = lab

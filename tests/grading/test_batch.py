@@ -73,6 +73,7 @@ ALL = {"ada": 20, "bob": 20, "cyd": 0, "dan": 0}
 NIGHTLY = pytest.mark.matrix
 
 
+@pytest.mark.long("a batch is graded, killed, and taken up again")
 @pytest.mark.parametrize(
     "moment", [pytest.param("at once", marks=NIGHTLY), "first result", pytest.param("third result", marks=NIGHTLY)]
 )
