@@ -162,8 +162,14 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     run_cell(page, 2, "!ros2 param get /world beams")
     page.locator(".jp-OutputArea-output pre").get_by_text("Integer value is: 24").wait_for()
 
+    view.get_by_role("button", name="Reset").click()
+    expect(view.locator(".ros-Robot-said")).to_contain_text("back at its start")
+    expect(view.locator(".ros-Robot-said")).to_have_text("")  # it drives away from there
+    view.get_by_role("button", name="Pause").click()
+    expect(view.locator(".ros-Robot-said")).to_have_text("Paused.")
     run_cell(page, 2, "ros.stop('world')")
     expect(view).to_contain_text("No robot any more.")
+    expect(view.locator(".ros-Robot-said")).to_have_text("")
     expect(view).not_to_contain_text("driven by")
     expect(view.locator(".ros-Robot-facts")).to_have_class(re.compile("ros-mod-old"))
     ages = re.compile(r"measurednothing for (\d+) s.*no scanfor (\d+) s")

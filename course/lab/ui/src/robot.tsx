@@ -29,6 +29,8 @@ const SCANNERS: [string, number, number][] = [
   ['24 beams, the first one behind', 24, -Math.PI]
 ];
 const FACTS = 250; // ms between two changes of the numbers: nobody reads faster
+const READ = 3000; // ms that a text stays at least
+const PLACED = /^The robot (is back at its start|was put at)/;
 // The world's parameters that have separate controls, and those that are read only once.
 const CONTROLLED = ['paused', 'speed', 'room', 'beams', 'angle_min', 'fast', 'rate', 'seed'];
 const SIDES = ['front', 'left', 'right'];
@@ -80,6 +82,16 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     setSaid(before => (before === hindrance.current ? '' : before));
     hindrance.current = state.idle;
   }, [state.idle]);
+  const saidAt = React.useRef(0); // ms
+  React.useEffect(() => {
+    saidAt.current = performance.now();
+  }, [said]);
+  React.useEffect(() => {
+    // Where the robot was put is not said while it drives away from there.
+    if (PLACED.test(said) && state.moves?.some(Boolean) && performance.now() - saidAt.current > READ) {
+      setSaid('');
+    }
+  });
   useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
   const up = link?.state === 'up';
@@ -116,6 +128,11 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     }
   }, [message]);
   const world = knobs.find(node => valueOf(node, 'paused') !== undefined) ?? null;
+  React.useEffect(() => {
+    if (world === null) {
+      setSaid(''); // what was said of a world that is gone
+    }
+  }, [world === null]);
   const sees = state.nodes?.sees ?? [];
   const drivers = [...(state.nodes?.drives ?? []), ...state.silent];
   const paused = world !== null && valueOf(world, 'paused') === true;
