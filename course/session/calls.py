@@ -384,15 +384,15 @@ class Calls:
 
         The services that every node has are there: the graph has learnt of the node's.
         """
-        found = []
-        for each in self._beginners("create_service", name):
-            own: set[str] = set()
-            for node in each.nodes:
-                with contextlib.suppress(NodeNameNonExistentError):
-                    own |= {known for known, _ in self.node.get_service_names_and_types_by_node(*split(node))}
-            if own and all(map(is_of_every_node, own)):
-                found.append(each)
-        return found
+        return [each for each in self._beginners("create_service", name) if self._serves_nothing(each)]
+
+    def _serves_nothing(self, handle: Handle) -> bool:
+        """Return True if nodes that have just been started have no services but those that every node has."""
+        own: set[str] = set()
+        for node in handle.nodes:
+            with contextlib.suppress(NodeNameNonExistentError):
+                own |= {known for known, _ in self.node.get_service_names_and_types_by_node(*split(node))}
+        return bool(own) and all(map(is_of_every_node, own))
 
     def _makes_none(self, name: str) -> bool:
         """Return True if all programs that may make the service `name` wait to be asked, and have made none."""
@@ -427,10 +427,10 @@ class Calls:
             return unfit
         listed = ", ".join(sorted(served)[:LISTED])
         at = self.beginning("create_service", client.service_name)
-        idle = [each.name for each in self._without_service(client.service_name)]
-        if served and not idle:
+        if served and not self._without_service(client.service_name):
             return f"Served here: {listed}.{at}"
-        running = idle or [name for name, handle in list(self._handles.items()) if handle.alive]
+        alive = {name: handle for name, handle in list(self._handles.items()) if handle.alive}
+        running = [name for name, handle in alive.items() if self._serves_nothing(handle)] or list(alive)
         if running:
             return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?{at}"
         return "There are no services here: has the node been started?"

@@ -81,7 +81,8 @@ class Logs(list[Entry]):
 
     def _repr_html_(self) -> str:
         shown = html.escape(visible(str(self), 2 * SHOWN))
-        return f"<details><summary>{len(self)} log lines</summary><pre>{shown}</pre></details>"
+        lines = "1 log line" if len(self) == 1 else f"{len(self)} log lines"
+        return f"<details><summary>{lines}</summary><pre>{shown}</pre></details>"
 
 
 LINE = re.compile(r"(?:\x1b\[\d*m)?\[(DEBUG|INFO|WARN|ERROR|FATAL)\] \[([\w./]+)\]: (.*?)(?:\x1b\[\d*m)?$")

@@ -269,6 +269,15 @@ def test_a_program_that_has_created_no_service_is_named_soon(session, tmp_path, 
     assert str(told.value).endswith("motor.py: running, but without any service. Is `create_service(...)` reached?")
 
 
+def test_every_program_without_a_service_is_named_also_one_whose_text_makes_none(session, tmp_path):
+    for name, line in {"maker": "lambda: node.create_service(Trigger, '/motor', print)", "stub": "pass"}.items():
+        text = f"import rclpy\nfrom std_srvs.srv import Trigger\nrclpy.init()\nnode = rclpy.create_node('{name}')\n"
+        (tmp_path / f"{name}.py").write_text(f"{text}{line}\nrclpy.spin(node)\n")
+        session.start(tmp_path / f"{name}.py")
+    with pytest.raises(CallTimeout, match=r"maker\.py and stub\.py: running, but without any service\."):
+        session.call("/motor", Trigger, timeout=0.5)
+
+
 def test_a_program_that_creates_its_service_later_is_waited_for(session, tmp_path):
     file = tmp_path / "motor.py"
     file.write_text(

@@ -620,7 +620,7 @@ def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH
             continue
         if got in (round(LEAST[name] + NOTHING, DIGITS), round(LEAST[name] + NO_NUMBER, DIGITS), code(name, math.inf)):
             return f"{what}: decide_action was given {given(command, name)} for '{name}'"
-        rounded = any(got == round(right, digits) for digits in range(1, DIGITS))
+        rounded = any(got == round(right, digits) for digits in (2, 3))
         instead = "; or the node has rounded what its agent decided, which it must publish as it is" if rounded else ""
         size = "small" if got < right else "large"
         return f"{what}: the agent was given {given(command, name)}, which is too {size}{instead}"
