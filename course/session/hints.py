@@ -24,17 +24,15 @@ from course.session.mixups import (
     NOT_THERE,
     class_for_response,
     class_passed,
-    gave_nothing,
     hidden_by_file,
     idle_lambda,
     method_for_result,
-    no_result_yet,
     not_a_future,
     outside_of_functions,
     parameter_counts,
-    returned_nothing,
     session_overwritten,
 )
+from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
 from course.session.slips import methods_asked
 from course.session.source import (
@@ -687,13 +685,6 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
     (
-        r"'Future' object has no attribute|'NoneType' object has no attribute '(result|sum|success|accepted)'",
-        _says(
-            "The response is not there yet: `future.result()` and `client.call(..., timeout_sec=...)` are None until "
-            "it comes."
-        ),
-    ),
-    (
         r"descriptor '__init__' requires a 'super' object",
         _says("Call `super`, too, with brackets: `super().__init__('my_node')`."),
     ),
@@ -940,7 +931,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
-    (r"'NoneType' object has no attribute '\w+'", no_result_yet),
+    (r"'NoneType' object has no attribute '(\w+)'", attribute_of_nothing),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),

@@ -3,23 +3,12 @@ the reader's own for a library.
 """
 
 import ast
-import inspect
 import re
 import sys
-import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.session.source import (
-    CALLBACKS,
-    argument,
-    calls,
-    functions,
-    may_return_nothing,
-    name_of,
-    parse,
-    service_callbacks,
-)
+from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse, service_callbacks
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
@@ -61,10 +50,10 @@ def method_for_result(found: re.Match[str], source: str, code: str) -> str:
                 if re.search(r"\bros\.\w", source) or outside_of_functions(code, source)
                 else f"`{sent}` returns a future, not the answer: spin until it is done, then take `future.result()`."
             )
-        given = list(_assigned(base, source))
+        given = list(assigned(base, source))
         for _, value in list(given):  # what a function of the program returns
             if isinstance(value, ast.Call):
-                given += _returned(name_of(value.func), source)
+                given += returned(name_of(value.func), source)
         for line, value in given:
             if isinstance(value, ast.Attribute) and value.attr in ASKED:
                 text = ast.unparse(value)
@@ -72,23 +61,6 @@ def method_for_result(found: re.Match[str], source: str, code: str) -> str:
         if isinstance(base, ast.Attribute) and base.attr in ASKED:
             text = ast.unparse(base)
             return f"`{text}` is the method itself. Call it: `{text}()`."
-    return ""
-
-
-def returned_nothing(source: str, code: str) -> str:
-    """Return the hint on an attribute in a line that holds what a function without a `return` gave, or ''."""
-    tree = parse(source)
-    silent = {
-        function.name
-        for function in functions(tree)
-        if not any(isinstance(node, (ast.Return, ast.Yield)) and node.value is not None for node in ast.walk(function))
-    }
-    for used in (node for node in ast.walk(line_tree(code)) if isinstance(node, (ast.Attribute, ast.Name))):
-        for line, value in _assigned(used, source):
-            if isinstance(value, ast.Call) and name_of(value.func) in silent:
-                name = name_of(value.func)
-                text = ast.unparse(used)
-                return f"Line {line}: `{name}` returns nothing, so `{text}` is None. End `{name}` with a `return`."
     return ""
 
 
@@ -114,13 +86,6 @@ def parameter_counts(cls: str, method: str, source: str) -> Iterator[int]:
         for made in ast.walk(parse(text)):
             if isinstance(made, ast.ClassDef) and made.name == cls:
                 yield from (len(each.args.args) for each in functions(made) if each.name == method)
-
-
-def no_result_yet(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on the result of a future that is not done, in a cell's line outside of functions."""
-    if not outside_of_functions(code, source) or not re.search(r"\.result\(\)\.\w", code):
-        return ""
-    return "The future is not done yet, so its result is None. `ros.wait(future)` waits for it and returns its result."
 
 
 def outside_of_functions(code: str, source: str) -> bool:
@@ -161,25 +126,6 @@ def _lacks(name: str, error: str) -> bool:
     return lacking is not None and elsewhere and hasattr(module, lacking[1] or lacking[2])
 
 
-def gave_nothing(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a function of the notebook that the line calls and that may return nothing, or ''."""
-    main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
-    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
-        function = main.get(name_of(call.func)) if isinstance(call.func, ast.Name) else None
-        if not inspect.isfunction(function):
-            continue
-        try:
-            made = next(functions(parse(textwrap.dedent(inspect.getsource(function)))), None)
-        except (OSError, TypeError):
-            continue
-        if made is not None and may_return_nothing(made):
-            return (
-                f"`{made.name}(...)` returned None: `{made.name}` ends without a `return`. It must return a value on "
-                "every path through it."
-            )
-    return ""
-
-
 def session_overwritten(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on the name `ros` of a cell that no longer stands for the session."""
     main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
@@ -194,13 +140,13 @@ def session_overwritten(found: re.Match[str], source: str, code: str) -> str:
 
 def _future(node: ast.expr, source: str) -> str:
     """Return the call of `..._async` that an expression is, or is assigned from; '' for another one."""
-    for value in [node, *(value for _, value in _assigned(node, source))]:
+    for value in [node, *(value for _, value in assigned(node, source))]:
         if isinstance(value, ast.Call) and name_of(value.func).endswith("_async"):
             return f"{ast.unparse(value.func)}(...)"
     return ""
 
 
-def _assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
+def assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
     """Yield the values that a program assigns to an expression such as `self.handle`, the last first, with lines."""
     text = ast.unparse(target)
     made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
@@ -209,7 +155,7 @@ def _assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
             yield node.lineno, node.value
 
 
-def _returned(function: str, source: str) -> Iterator[tuple[int, ast.expr]]:
+def returned(function: str, source: str) -> Iterator[tuple[int, ast.expr]]:
     """Yield the values that a function of a program returns, with their lines."""
     for each in functions(parse(source)):
         for node in ast.walk(each) if each.name == function else ():

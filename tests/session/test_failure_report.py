@@ -1008,3 +1008,80 @@ def test_a_copy_of_a_file_is_not_the_file_that_has_a_class(tmp_path, monkeypatch
     assert hint("NameError: name 'Motors' is not defined") == ""
     (tmp_path / "motor.py").write_text("class Motors(Node):\n    pass\n")
     assert "`Motors` is a class of the file motor.py" in hint("NameError: name 'Motors' is not defined")
+
+
+RELAY = """class Relay(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/relay', self.relay)
+    async def ask(self, a, b):
+        answer = await self.client.call_async(AddTwoInts.Request(a=a, b=b))
+    async def relay(self, request, response):
+        answer = await self.ask(1, 2)
+        response.message = f'{answer.sum}'
+        return response
+"""
+CLIENT = """class Client(Node):
+    def ask(self, request):
+        future = self.client.call_async(request)
+        rclpy.spin_until_future_complete(self, future, timeout_sec=1.0)
+        {ends}
+def main():
+    node = Client()
+    answer = node.ask(request)
+    print(answer.sum)
+"""
+PARTLY = """class A:
+    def b(self):
+        if x:
+            return
+        return y
+    def d(self):
+        made = self.b()
+        return made.sum
+"""
+OF_A_CLOCK = """class A:
+    def now(self):
+        pass
+    def b(self):
+        t = self.get_clock().now()
+        t.sum
+"""
+NOT_YET = "The response is not there yet: `future.result()`"
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "says"),
+    [
+        (RELAY, "response.message = f'{answer.sum}'", "Line 7: `ask` returns nothing, so `answer` is None. End `ask`"),
+        ("def add(a):\n    b = a\n\nprint(add(1).sum)", "print(add(1).sum)", "`add` returns nothing, so `add(1)` is"),
+        ("class A:\n    def b(self):\n        c = 1\n    def d(self):\n        if self.b().sum:\n            pass",
+         "if self.b().sum:", "`b` returns nothing, so `self.b()` is None. End `b` with a `return`."),
+        (PARTLY, "return made.sum", "`b(...)` returned None: `b` ends"),
+        (CLIENT.format(ends=""), "print(answer.sum)", "Line 8: `ask` returns nothing, so `answer` is None."),
+        (CLIENT.format(ends="return future.result()"), "print(answer.sum)", NOT_YET),
+        (CLIENT.format(ends="return future.result().sum"), "return future.result().sum", NOT_YET),
+        ("rclpy.init()\nanswer = client.call(request, timeout_sec=1.0)\nanswer.sum", "answer.sum", NOT_YET),
+        ("rclpy.init()\nfound = re.match('x', 'y')\nprint(found.sum)", "print(found.sum)", ""),
+        ("rclpy.init()\nfuture = pool.submit(ask)\nfuture.result().sum", "future.result().sum", ""),
+        ("class A(Node):\n    last = None\n    def b(self):\n        c = self.last.sum", "c = self.last.sum", ""),
+        ("class A(Node):\n    def b(self, last):\n        c = last.sum", "c = last.sum", ""),
+        (OF_A_CLOCK, "t.sum", ""),
+    ],
+)  # fmt: skip
+def test_where_a_none_comes_from_is_told_only_if_the_text_shows_it(text, code, says):
+    said = hint("AttributeError: 'NoneType' object has no attribute 'sum'", text, code)
+    assert said.startswith(says) and bool(said) == bool(says), said
+
+
+def test_a_method_of_the_program_is_not_taken_for_one_of_its_name_of_rclpy():
+    text = """class Follower(Node):
+    def now(self):
+        self.get_clock().now()
+    def hear(self, msg):
+        self.came = self.get_clock().now()
+    def fresh(self):
+        return self.now() - self.came <= FRESH
+"""
+    error = "TypeError: unsupported operand type(s) for -: 'NoneType' and 'Time'"
+    said = hint(error, text, "return self.now() - self.came <= FRESH")
+    assert said == "`now` returns nothing, so `self.now()` is None. End `now` with a `return`."
