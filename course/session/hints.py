@@ -473,6 +473,26 @@ def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
     return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
 
 
+def _not_imported(name: str, source: str) -> bool:
+    """Return True if a name is not that of an attribute, but of what makes its value, or of one of Python's modules.
+
+    As in `self.time = time.monotonic()`, in a program without `import time`.
+    """
+    tree = parse(source)
+    module = sys.modules.get(name) if name in sys.stdlib_module_names else None
+    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
+    if module and any(hasattr(module, each) for each in used):
+        return True
+    makes = [
+        node.value
+        for function in functions(tree)
+        if name not in {each.arg for each in function.args.args}
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and f"self.{name}" in map(ast.unparse, node.targets)
+    ]
+    return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in ast.walk(value))
+
+
 def _own_attribute(found: re.Match[str], source: str) -> str:
     name = found[1]
     if name == "ros" and "rclpy.init(" in source:
@@ -480,7 +500,7 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
             "A file is a program of its own, without the session `ros`: its `main()` creates the node and spins it, "
             "and the file ends with `if __name__ == '__main__': main()`."
         )
-    if re.search(rf"\bself\.{name}\b", source):
+    if re.search(rf"\bself\.{name}\b", source) and not _not_imported(name, source):
         return f"An attribute of the node needs `self.`: write `self.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `self.{name}`."

@@ -1085,3 +1085,21 @@ def test_a_method_of_the_program_is_not_taken_for_one_of_its_name_of_rclpy():
     error = "TypeError: unsupported operand type(s) for -: 'NoneType' and 'Time'"
     said = hint(error, text, "return self.now() - self.came <= FRESH")
     assert said == "`now` returns nothing, so `self.now()` is None. End `now` with a `return`."
+
+
+@pytest.mark.parametrize(
+    ("name", "lines", "says"),
+    [
+        ("count", ("self.count = 0", "count += 1"), "An attribute of the node needs `self.`: write `self.count`."),
+        ("given", ("self.given = given", "given()"), "An attribute of the node needs `self.`: write `self.given`."),
+        ("time", ("self.time = 0.0", "return time + 1"), "An attribute of the node needs `self.`: write `self.time`."),
+        ("time", ("self.time = 0.0", "now = time.monotonic()"), ""),
+        ("deque", ("self.deque = deque(maxlen=5)", "pass"), ""),
+        ("random", ("pass", "self.random = random.randint(1, 6)"), ""),
+    ],
+)
+def test_what_is_not_imported_is_not_called_an_attribute(name, lines, says):
+    text = (
+        f"class A(Node):\n    def __init__(self, given):\n        {lines[0]}\n    def hear(self):\n        {lines[1]}\n"
+    )
+    assert hint(f"NameError: name '{name}' is not defined", text, lines[1]) == says
