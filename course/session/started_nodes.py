@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -47,6 +48,12 @@ ENDING = 5.0  # s that a program started elsewhere has to end after Ctrl-C
 # Called before a file is started; their results are shown to the reader.  `course.notebook` checks here that the file
 # equals its cell.
 before_start: list[Callable[[Path], str]] = []
+
+
+def _made_in(error: BaseException) -> list[object]:
+    """Return the nodes whose construction has raised an error."""
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
+    return [frame.f_locals["self"] for frame in frames if frame.f_code is Node.__init__.__code__]
 
 
 class StartedNodes:
@@ -296,10 +303,17 @@ class StartedNodes:
             if is_initialized(node):
                 node.destroy_node()
             if isinstance(error, NotInitializedException):
-                raise LiveError(
-                    f"{what.__name__} creates a node outside this session: in its __init__, write "
-                    "super().__init__('name') instead of Node.__init__(self, 'name')"
-                ) from None
+                if node in (made := _made_in(error)):
+                    raise LiveError(
+                        f"{what.__name__} creates a node outside this session: in its __init__, write "
+                        "super().__init__('name') instead of Node.__init__(self, 'name')"
+                    ) from None
+                if made:
+                    raise LiveError(
+                        f"{what.__name__} makes another node in its __init__, which belongs to no session: make "
+                        "clients, publishers and the like of this node itself, as in self.create_client(...), or "
+                        "start the other node by ros.start(...), too"
+                    ) from None
             raise
         self._replace(node.get_name(), cls=what)  # arguments may have renamed it
         spinner = Spinner(node, threads, self._publishing.publish)

@@ -148,6 +148,19 @@ def test_a_node_that_passes_by_the_session_is_told_how_to_get_in(session):
         session.start(Explicit)
 
 
+@pytest.mark.parametrize("first", [True, False])
+def test_another_node_made_in_a_constructor_is_told_apart(session, first):
+    class Pair(Node):
+        def __init__(self):
+            if first:
+                super().__init__("pair")
+            self.helper = Node("helper")
+
+    with pytest.raises(LiveError, match=r"Pair makes another node in its __init__") as told:
+        session.start(Pair)
+    assert "super()" not in str(told.value)
+
+
 def test_a_constructor_that_fails_leaves_no_node(session):
     class Broken(Node):
         def __init__(self):
