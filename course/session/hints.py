@@ -777,6 +777,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, source: (
             f"Read the values of a dict with square brackets: `['{found[1]}']`."
             if re.search(rf"\.\s*{found[1]}\b", source)  # or else it is an argument of a function of the course
+            and not re.search(rf"\.\s*{found[1]}\s*\(", source)  # or else a method of something else is meant
             else ""
         ),
     ),
@@ -894,10 +895,6 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("The last argument is the length of the queue, usually 10: `create_publisher(Twist, 'cmd_vel', 10)`."),
     ),
     (
-        r"float\(\) argument must be .* not '(?:method|function)'",
-        _says("First the period in seconds, then the callback: `create_timer(0.1, self.callback)`."),
-    ),
-    (
         r"generator already executing|Executor is already spinning",
         _says(
             "The executor that runs this callback already spins the node. Make the callback `async def`, and write "
@@ -924,6 +921,11 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         NO_TEXT,
         r"publish_feedback\(",
         "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
+    ),
+    (
+        r"float\(\) argument must be .* not '(?:method|function)'",
+        r"create_timer\(",
+        "First the period in seconds, then the callback: `create_timer(0.1, self.callback)`.",
     ),
     (
         r"asyncio\.run\(\) cannot be called from a running event loop",

@@ -944,6 +944,23 @@ def test_a_dict_inside_the_course_has_no_hint_on_the_readers_line():
     assert "`['start']`" in hint(error, "print(table.start)")
 
 
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        ("AttributeError: 'dict' object has no attribute 'has_key'", "if state.has_key('front'):"),
+        ("AttributeError: 'dict' object has no attribute 'append'", "state.append(3)"),
+        ("TypeError: float() argument must be a string or a real number, not 'method'", "a = float(self.half) * 2"),
+    ],
+)
+def test_a_hint_on_another_mistake_is_not_given(error, code):
+    assert hint(error, code, code) == ""
+
+
+def test_the_callback_of_a_timer_before_its_period_is_told():
+    error = "TypeError: float() argument must be a string or a real number, not 'method'"
+    assert "First the period in seconds" in hint(error, "", "self.timer = self.create_timer(self.loop, 0.1)")
+
+
 def test_a_type_that_was_changed_by_a_missing_bracket_is_told_with_the_cure():
     said = hint("AttributeError: 'AddTwoInts_Response' object attribute 'sum' is read-only")
     assert "`AddTwoInts.Response.sum = ...` was run, without brackets" in said and "restart the kernel" in said
