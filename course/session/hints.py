@@ -650,6 +650,14 @@ def _divisor(found: re.Match[str], source: str) -> str:
     return f"Check the divisor before you divide{refusal}."
 
 
+def _of_nothing(function: str, default: str, source: str) -> str:
+    """Return the hint on the least or the largest of no values; only that of distances is infinite."""
+    if re.search(r"LaserScan|\b(?:scan|ranges|distances|sectors?)\b", source):
+        example = default.format(function, "-" * (function == "max"))
+        return f"There are no values to choose from. Give a default: {example}."
+    return f"There are no values to choose from. Ask for that before you call `{function}`: what should happen then?"
+
+
 def _outside_of_its_class(found: re.Match[str], source: str) -> str:
     """Return the hint on a method that is written outside of its class, or inside another method."""
     if f"class {found[1]}" not in source or not (place := outside_of_its_class(found[2], source)):
@@ -876,17 +884,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"zero-size array to reduction operation f?(min|max)imum",
-        lambda found, source: (
-            "There are no values to choose from. Give NumPy a value to begin with: "
-            f"`values.{found[1]}(initial={'-' * (found[1] == 'max')}np.inf)`."
-        ),
+        lambda found, source: _of_nothing(found[1], "`values.{}(initial={}np.inf)`", source),
     ),
     (
         r"(min|max)\(\) (?:arg|iterable argument) is (?:an )?empty",
-        lambda found, source: (
-            "There are no values to choose from. Give a default: "
-            f"`{found[1]}(values, default={'-' * (found[1] == 'max')}math.inf)`."
-        ),
+        lambda found, source: _of_nothing(found[1], "`{}(values, default={}math.inf)`", source),
     ),
     (r"'property' object is not iterable|has no attribute 'executor'", _class_for_node),
     (r"Subscription\.__init__\(\): callback should", _wrong_callback),

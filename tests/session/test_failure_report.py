@@ -280,12 +280,18 @@ def after(self, params):
         ),
         (
             "ValueError: zero-size array to reduction operation minimum which has no identity",
-            "",
+            "def nearest(scan):",
             "float(seen.min())",
             "`values.min(initial=np.inf)`",
         ),
-        ("ValueError: zero-size array to reduction operation maximum which", "", "", "max(initial=-np.inf)`"),
-        ("ValueError: max() iterable argument is empty", "", "max(seen)", "`max(values, default=-math.inf)`"),
+        ("ValueError: zero-size array to reduction operation maximum which", "msg.ranges", "", "max(initial=-np.inf)`"),
+        ("ValueError: max() iterable argument is empty", "ranges", "max(seen)", "`max(values, default=-math.inf)`"),
+        (
+            "ValueError: min() arg is an empty sequence",
+            "import math\nok = min(goal.floors) >= 0",
+            "ok = min(goal.floors) >= 0",
+            "There are no values to choose from. Ask for that before you call `min`: what should happen then?",
+        ),
         (
             "AssertionError: The 'result' field must be of type 'float'",
             "",
