@@ -189,11 +189,14 @@ def _who(node: Node, end: TopicEndpointInfo) -> str:
 
 
 def _lines(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo, maker: str, name: str) -> Iterator[Frame]:
-    """Yield the line of code that makes this endpoint, if its text is known."""
+    """Yield the line of code that makes this endpoint, if the texts show it: of several lines it may be any."""
+    found: dict[str, Frame] = {}
     for place, source in _texts(node, handles, end):
         if line := made_at(source, maker, name):
-            yield Frame(place, line, "", source.splitlines()[line - 1].strip())
-            return
+            frame = Frame(place, line, "", source.splitlines()[line - 1].strip())
+            found.setdefault(frame.code, frame)
+    if len(found) == 1:
+        yield from found.values()
 
 
 def _texts(node: Node, handles: Mapping[str, Handle], end: TopicEndpointInfo) -> Iterator[tuple[str, str]]:

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
 from course.ros.rclpy_internals import RCLError
-from course.session import guards, live
+from course.session import guards, live, matching
 from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
 from course.session.matching import unfit_service, unfit_topics, unlike_clients
@@ -176,6 +176,17 @@ def test_a_wait_in_vain_tells_once_of_topics_whose_qualities_of_service_do_not_f
     (told,) = session.watch.notices()
     assert told.startswith("talker publishes /chatter and this notebook subscribes to it, but the quality of")
     assert "offers best_effort and volatile, the subscription asks for reliable and volatile." in told
+
+
+@pytest.mark.parametrize("others", [[], ["ros.node.create_subscription(String, 'chatter', heard, 10)\n"]])
+def test_the_line_of_one_end_is_told_only_if_no_other_cell_could_have_made_it(session, monkeypatch, others):
+    line = "ros.node.create_subscription(String, 'chatter', print, 10)\n"
+    monkeypatch.setattr(matching, "cells_run", lambda: [*others, line, line])  # a cell that was run again
+    session.node.create_subscription(String, "chatter", print, 10)
+    session.start(Talker, qos=BEST_EFFORT)
+    assert session.until(lambda: session.node.get_publishers_info_by_topic("/chatter"))
+    (told,) = matching.unfit_topics(session.node, {})
+    assert (line.strip() in told) == (not others)
 
 
 def test_a_wait_in_vain_tells_once_of_a_topic_of_nearly_the_name_of_a_published_one(session):
