@@ -16,7 +16,8 @@ from course.world.geometry import Floats
 from course.world.simulation import Collision
 
 MISSED = 3  # ticks without a command, after which the reader learns that the drive takes long
-FIRST, REAL = 20, 0.9  # ticks after which it is known whether the time of a drive is at least this part of the real one
+FIRST = 20  # ticks after which it is known whether a drive takes about as long as in reality:
+REAL, MUCH_MORE = 0.9, 2.0  # at least this part of the real time, and at most so many times that
 # A valid service name; rmw calls a node `_NODE_NAME_UNKNOWN_` until it has discovered the node's name.
 NAME = re.compile(r"(?!.*_UNKNOWN_)(?:/[A-Za-z_]\w*)+", re.ASCII)
 
@@ -93,7 +94,7 @@ class Barrier:
         return done
 
     def in_real_time(self, timeout: float) -> list[str]:
-        """Return the nodes that answer, within `timeout` s, that they do not use simulated time."""
+        """Return the publishers, if all answer, within `timeout` s, that they do not use simulated time; else []."""
         ready = [client for client in self._clients.values() if client.service_is_ready()]
         with unwatched():
             asked = [(each, each.call_async(GetParameters.Request(names=["use_sim_time"]))) for each in ready]
@@ -106,7 +107,7 @@ class Barrier:
                 client.remove_pending_request(future)
             elif not any(value.bool_value for value in future.result().values):
                 found.append(client.service_name.removesuffix("/get_parameters").rpartition("/")[2])
-        return found
+        return found if len(found) == len(asked) else []  # one that uses it sets the pace
 
 
 class Pace:
@@ -128,7 +129,9 @@ class Pace:
                 "takes long. A driver must answer sooner: its callback must not sleep or compute for so long."
             )
         elif (
-            ticks == FIRST and ran >= REAL * ticks * self._period and (late := self._barrier.in_real_time(self._limit))
+            ticks == FIRST
+            and REAL <= ran / (ticks * self._period) <= MUCH_MORE
+            and (late := self._barrier.in_real_time(self._limit))
         ):
             self._tell(
                 f"{' and '.join(late)} does not use simulated time, so this drive takes as long as in reality: start "

@@ -295,7 +295,7 @@ def told(monkeypatch):
     return said
 
 
-def own_driver(context, pause: float, by_timer: bool):
+def own_driver(context, pause: float, by_timer: bool, name: str = "driver"):
     """A driver that commands at each scan, after a pause, or ten times a second."""
     from geometry_msgs.msg import Twist
     from rclpy.node import Node
@@ -304,7 +304,7 @@ def own_driver(context, pause: float, by_timer: bool):
     class Driver(Node):
         def __init__(self):
             simulated = [parameter("use_sim_time", not by_timer)]
-            super().__init__("driver", context=context, parameter_overrides=simulated)
+            super().__init__(name, context=context, parameter_overrides=simulated)
             self.commands = self.create_publisher(Twist, "cmd_vel", 10)
             self.create_subscription(LaserScan, "scan", self.on_scan, 10)
             if by_timer:
@@ -332,6 +332,14 @@ def test_a_drive_that_takes_long_says_why(context, told, monkeypatch, pause, by_
     with spinning(node, context), spinning(driver, context):
         node.drive(2.0, answer_within=0.1 if pause else 5.0)
     assert len(told) == bool(says) and says in "".join(told)
+
+
+def test_a_node_beside_the_driver_that_does_not_use_simulated_time_is_no_cause(context, told, monkeypatch):
+    monkeypatch.setattr("course.world.lockstep.FIRST", 15)
+    node, driver, other = world(context, fast=True), own_driver(context, 0.1, False), own_driver(context, 0, True, "o")
+    with spinning(node, context), spinning(driver, context), spinning(other, context):
+        node.drive(2.0, answer_within=5.0)
+    assert told == []
 
 
 def test_a_drive_without_a_driver_says_that_it_waits(context, told, monkeypatch):
