@@ -200,10 +200,29 @@ def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on an unknown field, as in `SetParametersResult(success=...)`."""
     name = found[1]
     for message, part in re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
+        if package := _imported_before(message, part, name):
+            return (
+                f"`{message}` is still the type of the build before: import it again, "
+                f"`from {package} import {message}`."
+            )
         if fields := _fields(message, part, source):
             what = f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}" if part else message
             return _has_fields(what, fields, name)
     return f"The message has no field '{name}': `ros2 interface show` shows its fields."
+
+
+def _imported_before(message: str, part: str, field: str) -> str:
+    """Return the package of a type of the notebook that was built again since, if the new one has `field`; else ''."""
+    old = getattr(sys.modules.get("__main__"), message, None)
+    package = getattr(old, "__module__", "").rpartition(".")[0]
+    if not package.endswith((".action", ".msg", ".srv")):
+        return ""
+    try:
+        new = getattr(importlib.import_module(package), message)
+        fields = (getattr(new, part) if part else new).get_fields_and_field_types()
+    except (ImportError, AttributeError):
+        return ""
+    return package if old is not new and field in fields else ""
 
 
 def _fields(message: str, part: str, source: str) -> list[str]:

@@ -1126,3 +1126,15 @@ def test_what_is_not_imported_is_not_called_an_attribute(name, lines, says):
         f"class A(Node):\n    def __init__(self, given):\n        {lines[0]}\n    def hear(self):\n        {lines[1]}\n"
     )
     assert hint(f"NameError: name '{name}' is not defined", text, lines[1]) == says
+
+
+@pytest.mark.parametrize(
+    ("imported_again", "says"), [(False, "`Trigger` is still the type of the build before"), (True, "")]
+)
+def test_a_type_that_was_built_again_is_to_be_imported_again(monkeypatch, imported_again, says):
+    from std_srvs.srv import Trigger
+
+    old = type("Trigger", (), {"__module__": "std_srvs.srv._trigger"})
+    monkeypatch.setattr(sys.modules["__main__"], "Trigger", Trigger if imported_again else old, raising=False)
+    said = hint("AssertionError: Invalid arguments passed to constructor: message", "", "Trigger.Response(message='')")
+    assert says in said and ("import Trigger`" in said) == bool(says)
