@@ -58,6 +58,7 @@ from course.session.source import (
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
 MOST = 1_000_000  # bytes of a file that is searched
+Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
 LOOKED = 4000  # characters: an error may hold all that a program has printed
 OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
 # Python's names of a field's type, and the names in a definition file.
@@ -563,8 +564,20 @@ def _future(found: re.Match[str], source: str) -> str:
     )
 
 
-def _future_in_a_cell(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a line outside of functions in a cell that uses the session, where waiting is allowed."""
+def _future_used(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a future in a done callback, which has it from rclpy, or outside of functions in a cell."""
+    tree = parse(source)
+    given = [argument(call, *CALLBACKS["add_done_callback"]) for call in calls(tree, "add_done_callback")]
+    callbacks: list[Function] = [each for each in given if isinstance(each, ast.Lambda)]
+    callbacks += [each for each in functions(tree) if each.name in {*map(name_of, given)} - {""}]
+    for each in callbacks:
+        names = {argument.arg for argument in each.args.args}
+        for node in ast.walk(each):
+            if isinstance(node, ast.Attribute) and node.attr == found[1] and ast.unparse(node.value) in names:
+                future = ast.unparse(node.value)
+                return (
+                    f"A done callback gets the future, not the answer: take that first, `{future}.result().{found[1]}`."
+                )
     if code and outside_of_functions(code, source):
         return "`..._async(...)` returns a future, not the answer: wait for it, as in `ros.wait(future)`."
     return ""
@@ -973,7 +986,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
-    (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future_in_a_cell),
+    (r"'Future' object has no attribute '(?!add_done_callback)(\w+)'", _future_used),
     (r"'NoneType' object has no attribute '(\w+)'", attribute_of_nothing),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),

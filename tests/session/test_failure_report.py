@@ -378,6 +378,18 @@ def after(self, params):
             "`rclpy.spin_until_future_complete(node, future)`",
         ),
         (
+            "AttributeError: 'Future' object has no attribute 'get_result_async'",
+            "sent.add_done_callback(self.answered)\ndef answered(self, future):\n    future.get_result_async()\n",
+            "future.get_result_async()",
+            "A done callback gets the future, not the answer: take that first, `future.result().get_result_async`.",
+        ),
+        (
+            "AttributeError: 'Future' object has no attribute 'accepted'",
+            "sent.add_done_callback(lambda sent: print(sent.accepted))\n",
+            "sent.add_done_callback(lambda sent: print(sent.accepted))",
+            "take that first, `sent.result().accepted`.",
+        ),
+        (
             "AttributeError: 'Lift_GetResult_Response' object has no attribute 'accepted'",
             "client.send_goal_async(goal)",
             "",
