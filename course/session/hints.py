@@ -332,15 +332,19 @@ def _not_callable(found: re.Match[str], source: str) -> str:
 def _wrong_callback(found: re.Match[str], source: str) -> str:
     if hidden_method(source) or called_callback(source):
         return _not_callable(found, source)
-    for call in calls(parse(source), "create_subscription"):
-        given = argument(call, *CALLBACKS["create_subscription"])
-        if isinstance(given, ast.Call) and name_of(given.func) != "partial":
-            called_at_once, function = ast.unparse(given), ast.unparse(given.func)
+    given = [argument(call, *CALLBACKS["create_subscription"]) for call in calls(parse(source), "create_subscription")]
+    for each in given:
+        if isinstance(each, ast.Call) and name_of(each.func) != "partial":
+            called_at_once, function = ast.unparse(each), ast.unparse(each.func)
             return (
                 f"`{called_at_once}` is called at once, and the subscription gets what it returns. Pass the function "
                 f"itself, `{function}`, or `lambda msg: {called_at_once}`."
             )
-    return "The callback of a subscription must take the message: `(self, msg)`."
+        if isinstance(each, ast.Name) and isinstance(getattr(sys.modules.get("__main__"), each.id, None), list):
+            return f"`{each.id}` is a list, not a function: pass its method, `{each.id}.append`."
+    of_self = not given or any(isinstance(each, ast.Attribute) for each in given)
+    example = "(self, msg)" if of_self else "lambda msg: ..."
+    return f"The callback of a subscription must take the message: `{example}`."
 
 
 def _class_for_node(found: re.Match[str], source: str) -> str:

@@ -1150,3 +1150,18 @@ def test_a_type_that_was_built_again_is_to_be_imported_again(monkeypatch, import
     monkeypatch.setattr(sys.modules["__main__"], "Trigger", Trigger if imported_again else old, raising=False)
     said = hint("AssertionError: Invalid arguments passed to constructor: message", "", "Trigger.Response(message='')")
     assert says in said and ("import Trigger`" in said) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("heard", "`heard` is a list, not a function: pass its method, `heard.append`."),
+        ("lambda: hear()", "The callback of a subscription must take the message: `lambda msg: ...`."),
+        ("self.hear", "The callback of a subscription must take the message: `(self, msg)`."),
+    ],
+)
+def test_what_is_no_callback_of_a_subscription(monkeypatch, given, says):
+    monkeypatch.setattr(sys.modules["__main__"], "heard", [], raising=False)
+    error = "RuntimeError: Subscription.__init__(): callback should be either be callable with one argument"
+    line = f"node.create_subscription(String, 'chatter', {given}, 10)"
+    assert hint(error, line, line) == says
