@@ -59,6 +59,7 @@ from course.session.misuse import (
     expect_parameters,
     expect_request,
     expect_service,
+    expect_words,
 )
 from course.session.no_world import no_world
 from course.session.offered import none_will_offer
@@ -172,6 +173,7 @@ class Session:
         time_limit(timeout)
         if isinstance(what, (str, Path)):
             expect_of_a_file(str(what), threads, kwargs)
+            expect_words(str(what), args)
             return self._nodes.start_file(Path(what), args, parameters or {}, timeout)
         try:
             handle = self._nodes.start_class(what, args, kwargs, parameters or {}, threads)

@@ -1,8 +1,9 @@
 """Checks of what a cell gives to a session: what stands in the place of something else is told at once."""
 
 import inspect
+import itertools
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from types import BuiltinMethodType
 from typing import Any
 
@@ -12,6 +13,7 @@ from rclpy.task import Future
 from course.errors import LiveError
 
 OF_A_FILE = "ros__parameters"  # the key above a node's parameters in a parameter file
+ROS_ARGS = "--ros-args"
 
 
 def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
@@ -90,6 +92,23 @@ def expect_of_a_file(file: str, threads: int, fields: Mapping[str, object]) -> N
         raise LiveError(
             f"`threads` is for a class in this notebook. A file's program makes its executor itself: "
             f"MultiThreadedExecutor(num_threads={threads})"
+        )
+
+
+def expect_words(file: str, args: Sequence[object]) -> None:
+    """Raise LiveError for parameters on a command line that its program would not read."""
+    texts = [str(each) for each in args]
+    words = [word for each in texts for word in (each.split() if each.startswith("-") else [each])]
+    before = words[: words.index(ROS_ARGS)] if ROS_ARGS in words else words
+    given = [word for flag, word in itertools.pairwise(before) if flag == "-p" and ":=" in word]
+    joined = [each for each in texts if each.startswith((f"{ROS_ARGS} ", "-p "))]
+    if given or joined:
+        if given:
+            words = [word for word in words if word != ROS_ARGS]
+            words.insert(words.index("-p"), ROS_ARGS)
+        raise LiveError(
+            f"the program would not read `{' '.join(['-p', given[0]]) if given else joined[0]}`: write "
+            f"ros.start({', '.join(map(repr, [file, *words]))})"
         )
 
 

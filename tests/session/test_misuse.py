@@ -88,6 +88,18 @@ def session() -> Iterator[Session]:
             lambda ros: ros.call("/add/set_parameters", SetParameters, parameters=Parameter("a", value=1.0)),
             "as in [Parameter('max_speed', value=2.0).to_parameter_msg()]",
         ),
+        (
+            lambda ros: ros.start("relay.py", "-p", "a:=40"),
+            "would not read `-p a:=40`: write ros.start('relay.py', '--ros-args', '-p', 'a:=40')",
+        ),
+        (
+            lambda ros: ros.start("relay.py", "--ros-args -p a:=40"),
+            "would not read `--ros-args -p a:=40`: write ros.start('relay.py', '--ros-args', '-p', 'a:=40')",
+        ),
+        (
+            lambda ros: ros.start("relay.py", "-p", "a:=40", "--ros-args"),
+            "would not read `-p a:=40`: write ros.start('relay.py', '--ros-args', '-p', 'a:=40')",
+        ),
         (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
         (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
         (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "a time limit is a number of seconds"),
