@@ -23,6 +23,7 @@ from course.ros.rclpy_internals import GoalFault, NoResult
 from course.session.clashes import other_type
 from course.session.hints import hint, makes_no_node, never_called, never_spins, returns_nothing
 from course.session.mixups import class_for_response, idle_lambda
+from course.session.nothing import silent_helper
 from course.session.overwritten import with_article
 from course.session.source import (
     defined,
@@ -170,7 +171,7 @@ def of_program(
         callback = pre_set or (
             no_result(source)
             if RESULT_TYPE in error
-            else class_for_response(source) or idle_lambda(source) or wrong_return(source)
+            else class_for_response(source) or idle_lambda(source) or wrong_return(source) or silent_helper(source)
         )
     destroyed = DESTROYED in error and not frames and ends_its_node(source)
     if destroyed:
@@ -251,7 +252,12 @@ def of_exception(
     if not frames and silent and last in NO_RESPONSE:
         why = f"The service callback '{silent[0].__name__}' returns nothing: end it with `return response`."
         frames = (_defined_at(silent[0]),)
-    if not frames and source == cell and last in NO_RESPONSE and (wrong := wrong_return(source)):
+    if (
+        not frames
+        and source == cell
+        and last in NO_RESPONSE
+        and (wrong := wrong_return(source) or silent_helper(source))
+    ):
         frames = (frame_at("the cell", wrong[1], source),)
     if not frames and (callback := _pre_set(error.__traceback__)):
         why, frames = NO_LIST.format(callback.__name__), (_defined_at(callback),)

@@ -32,7 +32,7 @@ from course.session.mixups import (
     parameter_counts,
     session_overwritten,
 )
-from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing
+from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
 from course.session.slips import methods_asked
 from course.session.source import (
@@ -147,6 +147,11 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
         name, _, returned = callback
         what = f"`{returned}`, not the response" if returned else "nothing"
         return f"The service callback '{name}' returns {what}: end it with `return response`."
+    if helper := silent_helper(source):
+        return (
+            f"The service callback '{helper[2]}' returns what `{helper[0]}` gives it, and that is nothing: end "
+            f"`{helper[0]}` with `return response`, on every path through it."
+        )
     return "Did your callback return the response? A service callback must end with `return response`."
 
 

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Callable
 
 from course.session.mixups import assigned, line_tree, outside_of_functions, returned
-from course.session.source import functions, functions_of, may_return_nothing, name_of, parse
+from course.session.source import functions, functions_of, may_return_nothing, name_of, parse, service_callbacks
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 NOT_YET = (
@@ -45,6 +45,22 @@ def returned_nothing(source: str, code: str) -> str:
                 if text := _ends_without_value(value, used, source, silent=True):
                     return text
     return ""
+
+
+def silent_helper(source: str) -> tuple[str, int, str] | None:
+    """Return a function that may return nothing, its line, and the service callback that hands it on; else None."""
+    tree = parse(source)
+    names = service_callbacks(tree)
+    for function in (each for each in functions(tree) if each.name in names):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Return) and node.value):
+                continue
+            value = _without_await(node.value)
+            made = _called(value, source) if isinstance(value, ast.Call) else []
+            waits = value is not node.value
+            if len(made) == 1 and may_return_nothing(made[0]) and waits == isinstance(made[0], ast.AsyncFunctionDef):
+                return made[0].name, made[0].lineno, function.name
+    return None
 
 
 def gave_nothing(found: re.Match[str], source: str, code: str) -> str:

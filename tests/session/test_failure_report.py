@@ -1165,3 +1165,17 @@ def test_what_is_no_callback_of_a_subscription(monkeypatch, given, says):
     error = "RuntimeError: Subscription.__init__(): callback should be either be callable with one argument"
     line = f"node.create_subscription(String, 'chatter', {given}, 10)"
     assert hint(error, line, line) == says
+
+
+@pytest.mark.parametrize(
+    ("ends", "told"), [("pass", True), ("return response", False), ("return made(response)", False)]
+)
+def test_a_helper_that_gives_a_callback_no_response_is_named_with_its_line(tmp_path, ends, told):
+    text = SERVER.format(define="def", body="pass", options="").replace("return response", "return self.say(response)")
+    text += f"\n    def say(self, response):\n        response.message = 'on'\n        {ends}\n"
+    (path := tmp_path / "server.py").write_text(text)
+    report = failure_report.of_program(path, "Traceback (most recent call last):\nTypeError\n", 1)
+    in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
+    assert [frame.line for frame in (*report.frames, *in_a_cell.frames)] == [12, 12] * told
+    assert report.hint == in_a_cell.hint
+    assert ("'ask' returns what `say` gives it, and that is nothing: end `say`" in report.hint) == told
