@@ -370,6 +370,18 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
 
 
+def _response_for_callback(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `cancel_callback=CancelResponse.ACCEPT`, or on brackets after such a response."""
+    kind, what = found[1], found[1].removesuffix("Response").lower()
+    if code:
+        return f"`{kind}.ACCEPT` and `{kind}.REJECT` are no functions: leave out the brackets after them."
+    given = "goal_handle" if what == "cancel" else "goal"
+    return (
+        f"`{what}_callback` takes a function that returns the {kind}: "
+        f"`{what}_callback=lambda {given}: {kind}.ACCEPT`, for example."
+    )
+
+
 def _of_rclpy(found: re.Match[str], source: str) -> str:
     name = found[1] or found[2]
     return f"rclpy's Node already has an attribute `{name}`: choose another name." if hasattr(Node, name) else ""
@@ -1003,6 +1015,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
     (r"(Service|Action) classes can not be instantiated", _no_instance),
     (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
+    (r"'(CancelResponse|GoalResponse)' object is not callable", _response_for_callback),
     (NOT_CALLABLE, overwritten),
     (NO_TYPE, overwritten),
     (NOT_CALLABLE, _called_here),

@@ -118,6 +118,24 @@ def after(self, params):
             "return min(x)",
             "Line 1, `min = 0.5`, overwrites `min`, a function of Python itself: choose another name there.",
         ),
+        (
+            "TypeError: 'CancelResponse' object is not callable",
+            "",
+            "",
+            "`cancel_callback` takes a function that returns the CancelResponse: `cancel_callback=lambda goal_handle: ",
+        ),
+        (
+            "TypeError: 'GoalResponse' object is not callable",
+            "",
+            "",
+            "`goal_callback` takes a function that returns the GoalResponse: `goal_callback=lambda goal: ",
+        ),
+        (
+            "TypeError: 'GoalResponse' object is not callable",
+            "",
+            "return GoalResponse.ACCEPT()",
+            "`GoalResponse.ACCEPT` and `GoalResponse.REJECT` are no functions: leave out the brackets",
+        ),
         ("TypeError: 'int' object is not callable", "", "a = turn(sorted(b))", "`turn` is an int here, not a function"),
         (
             "TypeError: 'int' object is not callable",
