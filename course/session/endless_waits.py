@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from course.session.failure_report import text_at
-from course.session.source import WAITS, argument, calls, name_of, parse
+from course.session.source import WAITS, argument, calls, exits, functions, name_of, parse
 
 BLOCKING = ("call", "send_goal", "get_result", "cancel_goal")  # each has a twin that ends in `_async`
 # Methods that wait for a server, what creates their client, and the position and name of its argument with the name.
@@ -17,6 +17,11 @@ OF_RCLPY = re.compile(r"/rclpy/(.+)$")
 EXECUTORS, FOR_ITSELF = "executors.py", "__init__.py"  # rclpy's files with the executors, and with `rclpy.spin`
 THREADING, ENDING = "threading.py", "_shutdown"  # Python's file, and its function that waits for the other threads
 NO_LIMIT = "                waiter.acquire()"  # a line of `Condition.wait`
+SHUT_DOWN = ("shutdown", "try_shutdown", "kill", "raise_signal", "interrupt_main")
+LEFT = (
+    "The main part of the program has ended, but a thread that it has started, as in line {}, {} without end, and a "
+    "program lasts as long as its threads. "
+)
 CALLBACK = "handler"  # the executors' function that runs a callback of a node
 
 # What may complete a future, or answer a request, later and by itself, and what a program asks or hears others by.
@@ -90,20 +95,41 @@ def endless_wait(stacks: str, path: Path, served: Mapping[str, Sequence[str]]) -
                 "until that callback returns, so what it waits for cannot arrive. Do not wait there: "
                 "`future.add_done_callback(...)` runs a function once the future is done."
             )
-    return _left_threads(source, found)
+    return _left_threads(source, path, found)
 
 
-def _left_threads(source: str, found: Sequence[Sequence[Call]]) -> str:
-    """Return why a program whose main part has ended does not end: its other threads wait without a limit."""
+def _left_threads(source: str, path: Path, found: Sequence[Sequence[Call]]) -> str:
+    """Return why a program whose main part has ended does not end: its other threads wait or spin without a limit."""
     ended = [bool(thread) and Path(thread[-1][0]).name == THREADING and thread[-1][2] == ENDING for thread in found]
     others = [thread for thread, over in zip(found, ended, strict=True) if thread and not over]
     begun = next(calls(parse(source), "Thread"), None)
-    if not (any(ended) and others and begun and all(map(_waits_without_limit, others))):
+    if not (any(ended) and others and begun):
         return ""
+    if all(map(_waits_without_limit, others)):
+        return LEFT.format(begun.lineno, "waits") + "`Thread(..., daemon=True)` makes one that ends with the program."
+    spins = any(map(_spins_on, others)) and all(_spins_on(each) or _waits_without_limit(each) for each in others)
+    if spins and not _may_shut_down(source, path):
+        return LEFT.format(begun.lineno, "spins") + (
+            "`rclpy.shutdown()` at the end of the main part lets `spin` return, and `thread.join()` waits for that."
+        )
+    return ""
+
+
+def _spins_on(thread: Sequence[Call]) -> bool:
+    """Return True if a thread is in a `spin` of rclpy that only a shutdown ends, and in no callback."""
+    spins = [of_rclpy(call) for call in thread if of_rclpy(call)[0] in (EXECUTORS, FOR_ITSELF)]
+    return bool(spins) and spins[-1][1] == "spin" and (EXECUTORS, CALLBACK) not in spins
+
+
+def _may_shut_down(source: str, path: Path) -> bool:
+    """Return True if a function of a program, or a file beside it, may yet end what spins: a shutdown, an exception."""
+    tree = parse(source)
+    raised = [node for each in functions(tree) if each.name != "main" for node in ast.walk(each)]
     return (
-        f"The main part of the program has ended, but a thread that it has started, as in line {begun.lineno}, waits "
-        "without end, and a program lasts as long as its threads. `Thread(..., daemon=True)` makes one that ends with "
-        "the program."
+        any(next(calls(tree, name), None) for name in SHUT_DOWN)
+        or any(isinstance(node, ast.Raise) for node in raised)
+        or bool(exits(source))
+        or _has_files_beside(source, path)
     )
 
 
@@ -156,10 +182,13 @@ def is_at_rest(stacks: str, path: Path) -> bool:
 
 def _acts_by_itself(source: str, path: Path) -> bool:
     """Return True if a program may do something without being asked, or has code in other files of its folder."""
+    return _has_files_beside(source, path) or BY_ITSELF.search(source) is not None
+
+
+def _has_files_beside(source: str, path: Path) -> bool:
+    """Return True if a program imports other files of its folder."""
     imported = re.findall(r"^\s*(?:from|import)\s+(\w+)", source, re.MULTILINE)
-    folder = path.parent
-    others = any((folder / name).is_dir() or (folder / f"{name}.py").is_file() for name in imported)
-    return others or BY_ITSELF.search(source) is not None
+    return any((path.parent / name).is_dir() or (path.parent / f"{name}.py").is_file() for name in imported)
 
 
 def _asked(source: str, path: Path) -> tuple[str, ...]:

@@ -56,6 +56,24 @@ def test_a_thread_that_outlives_the_main_part(tmp_path):
     assert why(tmp_path, left, f'  File "/lib/time.py", line 1 in sleep\n{left}', main, text=text) == ""
 
 
+@pytest.mark.parametrize(
+    ("more", "stack", "told"),
+    [
+        ("", SPINS, True),
+        ("", SPINS + MAIN, True),  # the thread's function is the program's own
+        ("", HANDLER + SPINS, False),
+        ("", SPINS.replace("in spin\n", "in spin_until_future_complete\n"), False),
+        ("future.add_done_callback(lambda _: rclpy.shutdown())\n", SPINS, False),
+        ("def hear(msg):\n    raise SystemExit\n", SPINS, False),
+        ("def main():\n    node.destroy_node()\n", SPINS, True),
+    ],
+)
+def test_a_thread_that_spins_after_the_main_part_is_told(tmp_path, more, stack, told):
+    text = f"threading.Thread(target=rclpy.spin, args=(node,)).start()\n{more}"
+    said = why(tmp_path, stack, f'  File "{threading.__file__}", line 1580 in _shutdown\n', text=text)
+    assert ("as in line 1, spins without end" in said) == bool(said) == told
+
+
 def test_a_call_that_nobody_spins_for(tmp_path):
     said = why(tmp_path, CALLS)
     assert said.startswith(
