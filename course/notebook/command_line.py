@@ -40,13 +40,26 @@ def printed_status(file: str, output: str, status: int) -> str:
     given = [name_of(getattr(each, "func", None)) for name in EXITS for call in calls(tree, name) for each in call.args]
     if status != 1 or main is None or "main" not in given or "Traceback" in output:
         return ""
-    for node in ast.walk(main):
-        if isinstance(node, ast.Return) and isinstance(node.value, NO_STATUS):
+    returns = [node for node in ast.walk(main) if isinstance(node, ast.Return) and node.value]
+    for node in returns:
+        if isinstance(node.value, NO_STATUS):
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status: `sys.exit` prints "
                 "anything but a whole number, and ends with 1. After a success, return 0."
             )
+    if len(returns) == 1 and _is_true(returns[0].value):
+        return (
+            f"\n{frame_at(file, returns[0].lineno, source)}\nWhat main() returns is the exit status, and True is the "
+            "status 1. After a success, return 0."
+        )
     return ""
+
+
+def _is_true(value: ast.expr | None) -> bool:
+    """Return True for a value that is True after a success: `True`, or a comparison such as `outcome == 'DONE'`."""
+    if isinstance(value, ast.Compare):
+        return isinstance(value.ops[0], (ast.Eq, ast.In, ast.Is))
+    return isinstance(value, ast.Constant) and value.value is True
 
 
 def kept_name(file: str) -> str:

@@ -38,6 +38,9 @@ def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
         ("return outcome", "sys.exit(main())", "Traceback (most recent call last):\n", False),
         ("return 0 if outcome else 1", "sys.exit(main())", "", False),
         ("return outcome", "main()", "", False),
+        ("return outcome == 'SUCCEEDED'", "sys.exit(main())", "SUCCEEDED\n", True),
+        ("return True", "sys.exit(main())", "SUCCEEDED\n", True),
+        ("return outcome != 'SUCCEEDED'", "sys.exit(main())", "ABORTED\n", False),
     ],
 )
 def test_a_result_in_place_of_the_status(tmp_path, monkeypatch, main, end, output, says):
