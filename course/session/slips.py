@@ -3,6 +3,8 @@
 import ast
 import builtins
 import difflib
+import importlib
+import re
 from collections.abc import Iterator
 
 from course.session.source import (
@@ -26,7 +28,7 @@ def slips(cell: str) -> list[str]:
     """Return a sentence for each certain mistake in the functions of a cell, in order of the lines."""
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
-    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree)}
+    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -76,6 +78,50 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 if of_self and name_of(asked) in own - stored:
                     text = ast.unparse(asked)
                     yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
+
+
+# What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.
+GIVEN = (
+    ("create_service", (0, "srv_type"), (2, "callback"), "Request", -2),
+    ("create_subscription", (0, "msg_type"), (2, "callback"), "", -1),
+    ("ActionServer", (1, "action_type"), (9, "goal_callback"), "Goal", -1),
+)
+ARRAY = re.compile(r"sequence<(?:u?int\d+|float|double)(?:, \d+)?>")
+
+
+def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of an array that a callback is given with a list: `goal.floors == []`."""
+    for maker, kind, callback, part, place in GIVEN:
+        for call in calls(tree, maker):
+            arrays, name = _array_fields(tree, argument(call, *kind), part), name_of(argument(call, *callback))
+            for function in functions(tree):
+                if arrays and function.name == name and len(function.args.args) >= -place:
+                    yield from _compared_with_lists(function, function.args.args[place].arg, arrays)
+
+
+def _array_fields(tree: ast.AST, kind: ast.expr | None, part: str) -> set[str]:
+    """Return the fields of a type that a text imports which are arrays in Python."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and name_of(kind) in {each.name for each in node.names}:
+            try:
+                made = getattr(importlib.import_module(node.module), name_of(kind))
+                fields = (getattr(made, part) if part else made).get_fields_and_field_types()
+            except (ImportError, AttributeError):
+                return set()
+            return {field for field, each in fields.items() if ARRAY.fullmatch(each)}
+    return set()
+
+
+def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(function):
+        if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
+            continue
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            text = ast.unparse(one)
+            if isinstance(other, ast.List) and text in {f"{given}.{field}" for field in fields}:
+                always = "true" if isinstance(node.ops[0], ast.NotEq) else "false"
+                why = f"is always {always}: the field is an array, and no array is equal to a list"
+                yield node.lineno, f"`{ast.unparse(node)}` {why}. Write `list({text})`."
 
 
 def _asked(node: ast.AST) -> list[ast.expr]:

@@ -81,6 +81,37 @@ def test_an_exception_that_a_file_does_not_know_is_told_before_it_is_needed(impo
     assert slips(STOPPED.format(imports=imports).partition("\n")[2]) == []  # another cell may have imported it
 
 
+EAR = """from course_interfaces.action import Lift
+class Lift(Node):
+    def __init__(self):
+        self.server = ActionServer(self, Lift, 'lift', self.execute, goal_callback=self.check)
+        self.create_subscription(LaserScan, 'scan', self.hear, 10)
+    def check(self, goal):
+        return {condition}
+from sensor_msgs.msg import LaserScan
+class Ear(Node):
+    def hear(self, msg):
+        return {condition}
+"""
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("msg.ranges == []", "note: line 11: `msg.ranges == []` is always false: the field is an array"),
+        ("[] != msg.intensities", "note: line 11: `[] != msg.intensities` is always true: the field is an array"),
+        ("list(msg.ranges) == []", ""),
+        ("goal.floors == []", "note: line 7: `goal.floors == []` is always false"),
+        ("goal.other == []", ""),
+        ("self.ranges == []", ""),
+        ("msg.header == []", ""),
+    ],
+)
+def test_an_array_of_a_message_beside_a_list_is_told(condition, told):
+    found = "\n".join(slips(EAR.format(condition=condition)))
+    assert found.startswith(told) and bool(found) == bool(told)
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
