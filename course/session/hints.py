@@ -731,6 +731,9 @@ def _is_module(found: re.Match[str], source: str) -> str:
         return wrong
     if is_there(package):
         return ""
+    stem = package.removesuffix("_interfaces")
+    if stem != package and (there := [each for each in (f"{stem}_srvs", f"{stem}_msgs") if is_there(each)]):
+        return f"There is no package {package}: did you mean {' or '.join(f'`{each}`' for each in there)}?"
     if package.endswith("_interfaces") or package == "my_package":
         return f"{package} is not built here: run the cell that builds it, with `%%exercise` or `build(...)`."
     for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell

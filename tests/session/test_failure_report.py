@@ -381,6 +381,18 @@ def after(self, params):
         ),
         ("ModuleNotFoundError: No module named 'geometry_msg'", "", "", "Did you mean the package geometry_msgs?"),
         ("ModuleNotFoundError: No module named 'other_interfaces'", "", "", "other_interfaces is not built here"),
+        (
+            "ModuleNotFoundError: No module named 'std_interfaces'",
+            "from std_interfaces.srv import SetBool",
+            "",
+            "There is no package std_interfaces: did you mean `std_srvs` or `std_msgs`?",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'geometry_interfaces'",
+            "",
+            "",
+            "There is no package geometry_interfaces: did you mean `geometry_msgs`?",
+        ),
         ("ModuleNotFoundError: No module named 'numpi'", "import numpi", "", ""),
         ("EOFError: EOF when reading a line", "", "", "not with `input()`"),
         (
