@@ -549,11 +549,15 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
         if not path.stem.isidentifier():
             continue
         with contextlib.suppress(OSError, ValueError):
-            if re.search(rf"^class {name}\b", read_regular(path, MOST).decode(errors="replace"), re.MULTILINE):
-                return (
-                    f"`{name}` is a class of the file {path.name}, which runs as a program of its own: "
-                    f"`ros.start('{path.name}')`."
-                )
+            text = read_regular(path, MOST).decode(errors="replace")
+            if not re.search(rf"^class {name}\b", text, re.MULTILINE):
+                continue
+            if not node_classes(parse(text)) and "rclpy" not in text:
+                return f"`{name}` is a class of the file {path.name}: `from {path.stem} import {name}`."
+            return (
+                f"`{name}` is a class of the file {path.name}, which runs as a program of its own: "
+                f"`ros.start('{path.name}')`."
+            )
     return ""
 
 

@@ -1073,6 +1073,10 @@ def test_a_copy_of_a_file_is_not_the_file_that_has_a_class(tmp_path, monkeypatch
     assert hint("NameError: name 'Motors' is not defined") == ""
     (tmp_path / "motor.py").write_text("class Motors(Node):\n    pass\n")
     assert "`Motors` is a class of the file motor.py" in hint("NameError: name 'Motors' is not defined")
+    assert "`ros.start('motor.py')`" in hint("NameError: name 'Motors' is not defined")
+    (tmp_path / "wall_agent.py").write_text("class State(Enum):\n    AHEAD = 1\n")
+    wanted = "`State` is a class of the file wall_agent.py: `from wall_agent import State`."
+    assert hint("NameError: name 'State' is not defined") == wanted
 
 
 RELAY = """class Relay(Node):
