@@ -200,11 +200,11 @@ def of_program(
         why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:
         why = "It created no node: is `super().__init__('name')` reached?"
-    elif status == 0 and (ended := ends_its_node(source)):
-        exited, why = (frame_at(path.name, ended[1], source),), NODE_ENDED.format(*ended)
     elif status == 0 and (once := spins_once(source)):
         exited = (frame_at(path.name, once.lineno, source),)
         why = f"`{ast.unparse(once.func)}` handles one callback at most and returns: `rclpy.spin(node)` goes on."
+    elif status == 0 and (ended := ends_its_node(source)):
+        exited, why = (frame_at(path.name, ended[1], source),), NODE_ENDED.format(*ended)
     elif status == 0:
         why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
     elif name := exits(source):

@@ -798,6 +798,12 @@ def test_a_server_that_spins_once(tmp_path, spins, says):
     assert [frame.line for frame in report.frames] == ([6] if "once` handles" in says else [])
 
 
+def test_a_server_that_spins_once_and_then_ends_its_node_is_told_of_the_spin(tmp_path):
+    text = "class A(Node):\n    def close(self):\n        self.destroy_node()\n\ndef main():\n    node = A()\n"
+    (path := tmp_path / "server.py").write_text(f"{text}    rclpy.spin_once(node)\n    node.close()\n\nmain()\n")
+    assert failure_report.of_program(path, "", 0).hint.startswith("`rclpy.spin_once` handles one callback at most")
+
+
 def test_a_file_of_a_name_alike_is_named(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "wall_agent.py").touch()
