@@ -158,6 +158,8 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
 def _unknown_field(found: re.Match[str], source: str) -> str:
     message, part, name = found[1], found[2], found[3]
     fields = _fields(message, part, source)
+    if (part, name) == ("Goal", "request") and name not in fields:
+        return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
 
 

@@ -420,6 +420,12 @@ def after(self, params):
             "take that first, `sent.result().accepted`.",
         ),
         (
+            "AttributeError: 'Fibonacci_Goal' object has no attribute 'request'",
+            "",
+            "if goal_handle.request.order < 10:",
+            "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`.",
+        ),
+        (
             "AttributeError: 'Lift_GetResult_Response' object has no attribute 'accepted'",
             "client.send_goal_async(goal)",
             "",
