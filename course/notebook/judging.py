@@ -40,6 +40,7 @@ from course.session.offered import other_names
 from course.session.presence import Presence
 from course.session.source import (
     CALLBACKS,
+    SLEEPS,
     argument,
     blocked,
     calls,
@@ -278,16 +279,17 @@ def busy(process: Handle, service: str = "") -> str:
 def within(timeout: float, condition: Callable[[], object], process: Handle, service: str) -> bool:
     """Wait until `condition()` holds; False after `timeout` s.
 
-    It gives up earlier if the text of `process` shows why its callback of `service` may never answer, unless the
-    program has executors of its own: any of them may receive the response.  Callbacks of the session's own nodes that
-    do not return meanwhile, such as those of a check's server, which holds its answers back, are not told of.
+    It gives up earlier if the text of `process` shows why its callback of `service` may never answer, unless that is a
+    sleep, which ends, or the program has executors of its own: any of them may receive the response.  Callbacks of the
+    session's own nodes that do not return meanwhile, such as those of a check's server, which holds its answers back,
+    are not told of.
     """
     with interruptible():
         if wait_until(condition, min(timeout, BLOCKED)):
             return True
         source = process.source if isinstance(process, NodeProcess) else ""
-        hopeless = "ThreadedExecutor(" not in source and blocked(source, service)
-        return not hopeless and bool(wait_until(condition, timeout - BLOCKED))
+        why = "" if "ThreadedExecutor(" in source else blocked(source, service)
+        return (not why or why.endswith(SLEEPS)) and bool(wait_until(condition, timeout - BLOCKED))
 
 
 def why_silent(file: str) -> str:

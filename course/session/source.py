@@ -30,6 +30,7 @@ CALLBACKS = {
     "create_timer": (1, "callback"),
 }
 GROUP = (9, "callback_group")  # in the same form: always given by name
+SLEEPS = "sleeps, waits for input, or loops without end."  # which may end, unlike the other reasons of `blocked`
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -164,8 +165,9 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                 "a response that only its own executor can receive, and the executor is busy with this callback. Make "
                 "it `async def`, and write `await client.call_async(...)`."
             )
-        if list(calls(function, "sleep")) or list(calls(function, "input")) or _endless(function):
-            return f"its callback '{function.name}' sleeps, waits for input, or loops without end."
+        awaited = [node.value for node in ast.walk(function) if isinstance(node, ast.Await)]
+        if {*calls(function, "sleep"), *calls(function, "input")} - {*awaited} or _endless(function):
+            return f"its callback '{function.name}' {SLEEPS}"
     return ""
 
 
@@ -178,7 +180,7 @@ def one_at_a_time(source: str, service: str) -> int:
     awaiting = {each.name for each in functions(tree) if _awaits(each)}
     line = made_at(source, "create_service", service)
     made = next((call for call in calls(tree, "create_service") if call.lineno == line), None)
-    if made and name_of(argument(made, *CALLBACKS["create_service"])) in awaiting and not argument(made, *GROUP):
+    if made and name_of(argument(made, *CALLBACKS["create_service"])) in awaiting and not _group(made):
         return line
     return 0
 
@@ -191,7 +193,7 @@ def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
     """Return the loop in which a function polls for the answer to its request."""
     if not list(calls(function, "call_async")):
         return None
-    loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
+    loops = (node for node in ast.walk(function) if isinstance(node, ast.While) and not _awaits(node))
     return next((each for each in loops if [*calls(each.test, "done"), *calls(each.test, "result")]), None)
 
 
@@ -212,14 +214,32 @@ def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
 
 
 def _one_group(tree: ast.AST) -> bool:
-    """Return True if services and clients are made without a callback group."""
-    made = [*calls(tree, "create_service"), *calls(tree, "create_client")]
-    return bool(made) and not any(argument(call, *GROUP) for call in made)
+    """Return True if services and clients are made without a callback group, or all in the same exclusive one."""
+    groups = {_group(call) for call in (*calls(tree, "create_service"), *calls(tree, "create_client"))}
+    if len(groups) != 1:
+        return False
+    name = groups.pop().lstrip("*")
+    made = [ast.unparse(node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+            for target in node.targets if ast.unparse(target) == name]  # fmt: skip
+    return not name or (bool(made) and all("MutuallyExclusiveCallbackGroup(" in each for each in made))
+
+
+def _group(call: ast.Call) -> str:
+    """Return the callback group of an endpoint, or the dict that may hold it (`**options`), as written; '' for none."""
+    unpacked = (f"**{ast.unparse(each.value)}" for each in call.keywords if each.arg is None)
+    given = argument(call, *GROUP)
+    return ast.unparse(given) if given else next(unpacked, "")
 
 
 def _endless(function: ast.AST) -> bool:
+    """Return True if a function has a loop that nothing in it ends."""
     loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
-    return any(isinstance(loop.test, ast.Constant) and loop.test.value for loop in loops)
+    return any(
+        isinstance(loop.test, ast.Constant)
+        and loop.test.value
+        and not any(isinstance(node, (ast.Break, ast.Return, ast.Raise)) for node in ast.walk(loop))
+        for loop in loops
+    )
 
 
 def exits(source: str) -> str:

@@ -590,6 +590,9 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ),
         ("async def", "answer = await self.client.call_async(r)", "", "a group of its own"),
         ("async def", "answer = await self.client.call_async(r)", ", callback_group=group", ""),
+        ("async def", "while not self.client.service_is_ready(): await self.sleep(0.1)", ", **together", ""),
+        ("async def", "while not self.client.call_async(r).done(): await self.pause()", ", **together", ""),
+        ("def", "while True:\n            if self.moved(): break", "", ""),
         ("def", "while True: pass", "", "loops without end"),
         ("def", "time.sleep(9)", "", "sleeps"),
         ("def", "self.client.wait_for_service()", "", "waits in line 9, `self.client.wait_for_service()`"),
@@ -603,6 +606,28 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
 def test_why_a_service_may_never_answer(define, body, options, says):
     said = source.blocked(SERVER.format(define=define, body=body, options=options), "/ask")
     assert says in said and bool(says) == bool(said), said
+
+
+@pytest.mark.parametrize(
+    ("made", "given", "says"),
+    [
+        ("group = ReentrantCallbackGroup()", "callback_group=group", ""),
+        ("group = MutuallyExclusiveCallbackGroup()", "callback_group=group", "a group of its own"),
+        ("self.group = MutuallyExclusiveCallbackGroup()", "callback_group=self.group", "a group of its own"),
+        ("pass", "callback_group=MutuallyExclusiveCallbackGroup()", ""),
+        ("together = {'callback_group': ReentrantCallbackGroup()}", "**together", ""),
+        ("together = dict(callback_group=MutuallyExclusiveCallbackGroup())", "**together", "a group of its own"),
+        ("together = options()", "**together", ""),
+    ],
+)
+def test_only_a_group_that_lets_nothing_else_run_is_named(made, given, says):
+    text = SERVER.format(define="async def", body="await self.client.call_async(r)", options=f", {given}")
+    text = text.replace("'/add')", f"'/add', {given})").replace(
+        "        self.client =", f"        {made}\n        self.client ="
+    )
+    said = source.blocked(text, "/ask")
+    assert says in said and bool(says) == bool(said), said
+    assert not source.one_at_a_time(text, "/ask")
 
 
 def test_a_server_that_asks_itself():
