@@ -292,6 +292,39 @@ def test_a_relay_that_learns_after_a_call_that_the_server_has_gone_is_called_aga
     assert Page("services").judge({"relay.py": LEARNS_LATER}, "relay") == {"relay": cells.PASSED}
 
 
+AWAITS_THE_SERVER = (
+    (
+        "        group = ReentrantCallbackGroup()\n",
+        "        self.group = group = ReentrantCallbackGroup()\n        together = {'callback_group': group}\n",
+    ),
+    (
+        "            AddTwoInts, '/add_two_ints', callback_group=group)",
+        "            AddTwoInts, '/add_two_ints', **together)",
+    ),
+    ("self.relay, callback_group=group)", "self.relay, **together)"),
+    (
+        "    async def relay(self, request, response):\n",
+        """    async def sleep(self, seconds):
+        woken = Future()
+        timer = self.create_timer(seconds, lambda: woken.set_result(None), callback_group=self.group)
+        await woken
+        self.destroy_timer(timer)
+
+    async def relay(self, request, response):
+        until = self.get_clock().now() + Duration(seconds=4.0)
+        while not self.client.service_is_ready() and self.get_clock().now() < until:
+            await self.sleep(0.1)
+""",
+    ),
+    ("import Node\n", "import Node\nfrom rclpy.duration import Duration\nfrom rclpy.task import Future\n"),
+)
+
+
+def test_a_relay_may_await_its_server_for_four_seconds(empty):
+    files = answers.changed(answers.solution("services"), "relay.py", *AWAITS_THE_SERVER)
+    assert Page("services").judge(files, "relay") == {"relay": cells.PASSED}
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_a_check_judges_the_files_as_they_lie_there_by_itself(exercise):
     """It starts what it judges, waits in a way that a death ends, and uses no run of another cell."""
@@ -437,6 +470,18 @@ def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the
     assert page.check("lift-server") == cells.PASSED
 
 
+def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(empty, monkeypatch):
+    session = live.live()
+    made = session.node.create_client
+
+    def late(kind, name, **options):
+        session.until(lambda: False, 3.0 if name == "/lift/block" else 0.0)  # a busy machine: a goal has 2 s of steps
+        return made(kind, name, **options)
+
+    monkeypatch.setattr(session.node, "create_client", late)
+    assert Page("actions").judge(answers.solution("actions"), "lift-server")["lift-server"] == cells.PASSED
+
+
 @pytest.mark.parametrize(
     ("exercise", "check", "file", "old", "new", "says"),
     [
@@ -498,6 +543,23 @@ KEPT = """        self.kept = getattr(self, 'kept', {})
 """
 
 
+STEPS_FIRST = """        if left:
+            time.sleep(period)
+            self.floor += 1 if left[0] > self.floor else -1
+            self.stop(stops, left)
+            goal_handle.publish_feedback(Lift.Feedback(floor=self.floor, stops_left=len(left)))
+        while left:
+            if goal"""
+
+
+SAYS_NOTHING = """        if self.blocked:
+            goal_handle.abort()
+            return Lift.Result()
+        self.stop(stops, left)
+        while left:
+"""
+
+
 def each_night(*case: str):
     """A case that is judged each night."""
     return pytest.param(*case, marks=pytest.mark.matrix)
@@ -537,6 +599,38 @@ def each_night(*case: str):
             "self.get_parameter('top').value",
             "9",
             "with the parameter top at 2, a goal for [3] must be rejected, and was accepted",
+        ),
+        (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        self.blocked = request.data\n",
+            "        self.blocked = self.blocked or request.data\n",
+            "with a free shaft again, a goal that needs a step ended as aborted, not as succeeded",
+        ),
+        (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        self.stop(stops, left)\n        while left:\n",
+            SAYS_NOTHING,
+            "must have the result stops=[], floor=",
+        ),
+        (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        while left:\n            if goal",
+            STEPS_FIRST,
+            "with a blocked shaft no step is begun: a goal for floor 0, with the cabin at floor ",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "goal.floors and all(0 <= floor <= top for floor in goal.floors)",
+            "goal.floors and min(goal.floors) >= 0 and goal.floors[0] <= top",
+            "a goal for [1, 10, 2] ended as ",
         ),
         each_night(
             "actions",
@@ -865,6 +959,14 @@ def test_a_quality_of_service_that_does_not_fit_is_told_once(empty):
     )
     assert "settings are incompatible" in Page("parameters").judge(files, "pid-node")["pid-node"]
     assert not [notice for notice in live.live().watch.notices() if "incompatible" in notice]
+
+
+def test_an_agent_may_print_without_ending_its_line(empty):
+    first = "front, right = distances['front'], distances['right']"
+    files = answers.changed(
+        answers.solution("ai_integration"), "wall_agent.py", (first, f"print(self.state, end=' ')\n        {first}")
+    )
+    assert Page("ai_integration").judge(files, "wall-agent")["wall-agent"] == cells.PASSED
 
 
 def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):
