@@ -406,6 +406,50 @@ def test_a_definition_is_judged_as_it_was_built_last(empty, definition, package,
 
 STEP = "now - self.last_time"
 KI_ALONE = "if param.name == 'ki' and param.value != self.ki:"
+JUDGED = "        limits = {name: self.value(name) for name in ('output_min', 'output_max')}\n"
+
+
+def taken_over(gain: str) -> tuple[tuple[str, str], ...]:
+    """Changes after which the controller uses the gain of each set, before it is judged."""
+    taken = (
+        f"        self.used = {{param.name: param.value for param in params if param.name == '{gain}'}} or self.used\n"
+    )
+    used = (f"self.value('{gain}') *", f"self.used.get('{gain}', self.value('{gain}')) *")
+    return (
+        (JUDGED, taken + JUDGED),
+        used,
+        ("        self.integral = 0.0  #", "        self.used = {}\n        self.integral = 0.0  #"),
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (taken_over("ki"), "'output_min': 10.0} was refused, but then an error of 2 gave "),
+        (taken_over("kd"), ", which is what kd = 9 gives, of a set that was refused"),
+        (
+            (
+                (
+                    "self.ki, self.integral = param.value, 0.0",
+                    "self.ki, self.integral, self.last_time = param.value, 0.0, None",
+                ),
+            ),
+            "the next message is the error times the step, the time since the message before: with ki = 6, an ",
+        ),
+        (
+            (
+                (
+                    "if not limits['output_min'] < limits['output_max']:",
+                    "if limits['output_min'] >= limits['output_max'] or limits['output_max'] != limits['output_max']:",
+                ),
+            ),
+            "{'output_min': nan} must be refused",
+        ),
+    ],
+)
+def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, changes, says):
+    files = answers.changed(answers.solution("parameters"), "pid_node.py", *changes)
+    assert says in Page("parameters").judge(files)["pid-node"]
 
 
 @pytest.mark.parametrize(
