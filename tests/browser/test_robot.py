@@ -162,6 +162,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     run_cell(page, 2, "!ros2 param get /world beams")
     page.locator(".jp-OutputArea-output pre").get_by_text("Integer value is: 24").wait_for()
 
+    view.get_by_role("button", name="Continue").click()
     view.get_by_role("button", name="Reset").click()
     expect(view.locator(".ros-Robot-said")).to_contain_text("back at its start")
     expect(view.locator(".ros-Robot-said")).to_have_text("")  # it drives away from there
