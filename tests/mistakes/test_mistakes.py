@@ -240,7 +240,7 @@ MADE = [pytest.param(each, marks=[pytest.mark.matrix] * (name_of(each) in NIGHTL
 def test_a_mistake_tells_its_own_story(kernels, mistake):
     """The words must be there at once; only their time is measured again, on a machine that may have been busy."""
     missing, late = faults(kernels, mistake)
-    assert missing == []
+    assert missing == [], "\n".join(missing)
     if late:
         assert faults(kernels, mistake) == ([], [])
 
