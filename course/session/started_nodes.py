@@ -50,12 +50,6 @@ ENDING = 5.0  # s that a program started elsewhere has to end after Ctrl-C
 before_start: list[Callable[[Path], str]] = []
 
 
-def _made_in(error: BaseException) -> list[object]:
-    """Return the nodes whose construction has raised an error."""
-    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
-    return [frame.f_locals["self"] for frame in frames if frame.f_code is Node.__init__.__code__]
-
-
 class StartedNodes:
     """The nodes in `handles`, by name: those of this kernel, and those of files' programs.
 
@@ -455,6 +449,12 @@ class StartedNodes:
         if wait:
             self._presence.wait_until_gone(handle.nodes, others)
             self._publishing.publish()
+
+
+def _made_in(error: BaseException) -> list[object]:
+    """Return the nodes whose construction has raised an error."""
+    frames = (frame for frame, _ in traceback.walk_tb(error.__traceback__))
+    return [frame.f_locals["self"] for frame in frames if frame.f_code is Node.__init__.__code__]
 
 
 def _rows(key: str, handle: Handle, before: Collection[str] = ()) -> list[Row]:

@@ -66,6 +66,8 @@ FRAMES = """() => new Promise(done => {
   };
   requestAnimationFrame(draw);
 })"""
+# A cell that runs until there is a file `end`.
+BUSY = "import pathlib, time\nwhile not pathlib.Path('end').exists(): time.sleep(0.01)"
 FILE, CHECKS = 2, 3  # the numbers of these cells in the greeter's notebook
 # The second is called as in another language: a page is not to depend on English words.
 HINTS = """Greet whoever asks.

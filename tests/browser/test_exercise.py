@@ -7,6 +7,7 @@ from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
 from tests.browser.pages import (
+    BUSY,
     FILE,
     SERVER,
     cell,
@@ -64,7 +65,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     panel.get_by_role("button", name="Run the cell of greeter.py").click()
     expect(panel).to_contain_text("the same as in its cell")
     expect(checks).to_contain_text("greets: run it again: the file was written again since")
-    run_cell(page, 0, "import pathlib, time\nwhile not pathlib.Path('end').exists(): time.sleep(0.01)")
+    run_cell(page, 0, BUSY)
     panel.get_by_role("button", name="Run all checks").click()
     expect(checks).to_contain_text("…greets: running")
     (lab[2] / "steps/greeter/end").touch()

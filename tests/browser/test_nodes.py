@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import (
+    BUSY,
     CHECKS,
     SERVER,
     TWIN,
@@ -321,7 +322,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
     answer = "import os\n" + SERVER.replace("self.create_service", look)
     panel = begin(page, lab, "died", answer=answer)
-    run_cell(page, CHECKS, "import pathlib, time\nwhile not pathlib.Path('end').exists(): time.sleep(0.01)")
+    run_cell(page, CHECKS, BUSY)
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for()
     (lab[2] / "died/die").touch()
     panel.get_by_role("button", name="/greeter dead").click()

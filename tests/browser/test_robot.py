@@ -9,6 +9,7 @@ from playwright.sync_api import Locator, Page, Request, expect
 from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT
 from tests.browser.pages import (
+    BUSY,
     cell,
     expect_no_barriers,
     open_page,
@@ -23,7 +24,6 @@ expect.set_options(timeout=WAIT)
 
 DRIVER = """from course.nodes.ai_robot_controller import AIRobotController
 ros.start(AIRobotController)"""
-BUSY = "import pathlib, time\nwhile not pathlib.Path('end').exists(): time.sleep(0.01)"
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
 FAST = """from course import figures
 from course.world.node import World

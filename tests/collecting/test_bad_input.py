@@ -1,10 +1,8 @@
 """What comes in wrong is told in a line, mixes up no students, and loses nothing."""
 
-import json
 import os
 import shutil
 import subprocess
-import zipfile
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -18,7 +16,7 @@ from autograder.submissions import provenance
 from autograder.submissions.roster import of_class, read_rosters
 from course.hand_in import HandIn, write
 
-from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out
+from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out, repacked
 
 
 def test_of_two_hand_ins_in_one_second_the_second_counts_and_both_are_kept(tmp_path):
@@ -302,16 +300,6 @@ def test_what_is_remembered_can_be_read_and_is_not_the_student_s(tmp_path):
     (source,) = provenance.read(tmp_path / "out", "doejane", "services")
     assert replace(source, at="") == provenance.Source("Canvas", "doejane", "1", "", 23, late=True, time="unknown")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [".origins", "doejane"]
-
-
-def repacked(path: Path, change: dict[str, object]) -> Path:
-    """The archive with another receipt: these entries changed, or the text of it."""
-    with zipfile.ZipFile(path) as whole:
-        content = {name: whole.read(name) for name in whole.namelist()}
-    text = change.get("text")
-    known = json.loads(content["receipt.json"])
-    content["receipt.json"] = str(text).encode() if text else json.dumps(known | change).encode()
-    return archive(path, content)
 
 
 @pytest.mark.parametrize("text", ["{", "[" * 200_000, "[]", '{"handed_in": ' + "1" * 6000 + "}"])

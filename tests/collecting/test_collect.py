@@ -36,6 +36,16 @@ def archive(path: Path, files: dict[str, bytes], at: datetime = LATER) -> Path:
     return path
 
 
+def repacked(path: Path, change: dict[str, object]) -> Path:
+    """The archive with another receipt: these entries changed, or the text of it."""
+    with zipfile.ZipFile(path) as whole:
+        content = {name: whole.read(name) for name in whole.namelist()}
+    text = change.get("text")
+    known = json.loads(content["receipt.json"])
+    content["receipt.json"] = str(text).encode() if text else json.dumps(known | change).encode()
+    return archive(path, content)
+
+
 def laid_out(into: Path) -> dict[str, bytes]:
     """Return what was handed in, without what is remembered of where it came from."""
     files = (path for path in sorted(into.rglob("*")) if path.is_file() and ".origins" not in path.parts)
@@ -482,10 +492,7 @@ def test_a_wrong_command_is_one_line(tmp_path, arguments, says):
 
 def made_out_to(folder: Path, name: str, at: datetime, files: dict[str, bytes] = FILES) -> Path:
     """An archive whose receipt has a name that `course hand-in` would not write so."""
-    with zipfile.ZipFile(handed_in(folder, "somebody", at, files)) as reader:
-        content = {name: reader.read(name) for name in reader.namelist()}
-    receipt = json.loads(content["receipt.json"]) | {"student": name}
-    return archive(folder / "made.zip", {**content, "receipt.json": json.dumps(receipt).encode()}, at)
+    return repacked(handed_in(folder, "somebody", at, files), {"student": name})
 
 
 ODD = ("ada:l", "ada_l", "ada\N{NO-BREAK SPACE}l", "ada l\N{ZERO WIDTH JOINER}", "\N{RIGHT-TO-LEFT OVERRIDE}ada l")

@@ -181,14 +181,18 @@ def test_of_the_right_answers_only_those_that_execute_a_text_are_named(known):
     assert (found.hidden, found.doubtful) == ([], executing)
 
 
+def named_beside_the_reference(known, lines: str) -> list[str]:
+    """Who is named when bob hands in these lines as the server, and ada the reference."""
+    file = "calculator_server.py"
+    found = compare("calculator", [("ada", {file: programs(REFERENCE)[file]}), ("bob", {file: lines})], known, 5)
+    return [*found.hidden, *found.doubtful]
+
+
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS)
 def test_a_packed_program_is_named_however_it_is_executed(known, way):
-    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
+    text = programs(REFERENCE)["calculator_server.py"]
     packed = base64.b64encode(zlib.compress(text.encode())).decode()
-    found = compare(
-        "calculator", [("ada", {file: text}), ("bob", {file: PACKED.format(packed=packed) + way})], known, 5
-    )
-    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+    assert named_beside_the_reference(known, PACKED.format(packed=packed) + way) == ["bob (calculator_server.py)"]
 
 
 ELSEWHERE = {  # where the text of a program may be that does not stand in its own statements
@@ -207,17 +211,14 @@ RUNS = (
 @pytest.mark.parametrize("runs", RUNS, ids=["by rclpy", "by unittest"])
 @pytest.mark.parametrize("reads", ELSEWHERE.values(), ids=ELSEWHERE)
 def test_a_program_whose_text_is_read_from_elsewhere_is_named(known, reads, runs):
-    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
     hiding = f"class Help:\n    pass\n{reads}{runs}"
-    found = compare("calculator", [("ada", {file: text}), ("bob", {file: hiding})], known, 5)
-    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+    assert named_beside_the_reference(known, hiding) == ["bob (calculator_server.py)"]
 
 
 @pytest.mark.parametrize("module", ["timeit", "cProfile", "pdb", "pickle", "pkgutil", "pydoc"])
 def test_a_module_that_runs_other_code_is_named(known, module):
-    file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"]
-    found = compare("calculator", [("ada", {file: text}), ("bob", {file: f"import {module}\n{text}"})], known, 5)
-    assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+    lines = f"import {module}\n{programs(REFERENCE)['calculator_server.py']}"
+    assert named_beside_the_reference(known, lines) == ["bob (calculator_server.py)"]
 
 
 @pytest.mark.parametrize("lines", ["T = {text!r}\nf = exec\nf(T)\n", '"""{text}"""\nf = exec\nf(__doc__)\n'])

@@ -320,10 +320,14 @@ class Follower(TopicProgram):
         if not is_of_the_agent(got[-1]):
             raise Wrong(f"{about}, {difference(got[-1], got[-1])}.", f"commands {got}, scan {scan}")
 
+    def show_once(self, scan: LaserScan) -> list[Command]:
+        """The commands of the time in which this scan, shown once, is fresh whatever the phase of the node's timer."""
+        return self.simulate(NEXT * PERIOD, PERIOD, lambda tick: None if tick else scan)
+
     def expect_at_once(self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str]) -> None:
         """Shown this scan once, it must give these distances (m) to the agent, if it goes by simulated time."""
         wanted = told(front, right)
-        got = self.simulate(NEXT * PERIOD, PERIOD, lambda tick: None if tick else scan)
+        got = self.show_once(scan)
         if got and self._time.can_be_asked and not any(fits(command, wanted, sectors) for command in got):
             raise Wrong(f"{about}, {difference(got[-1], wanted, sectors)}.", f"commands {got}, scan {scan}")
 

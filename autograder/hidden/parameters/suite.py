@@ -401,7 +401,7 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
             raise
         # Whether new gains count at once is judged by another test: these are the efforts of those before.
         late = number == 0 and (answer.effort == 0 or near(answer.effort, BEFORE * error))
-        expected = tuple(kd * (error - before) / step for step in steps(last, answer))
+        expected = by_slope(kd, error - before, last, answer)
         if not late and not between(answer.effort, expected):
             raise Wrong(
                 "With kd alone, the effort must be kd × (error − error before) / the seconds between the two: "
@@ -415,6 +415,11 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
             expect_slope_after(pid, gain, kd)
 
 
+def by_slope(kd: float, change: float, last: Answer, answer: Answer) -> tuple[float, ...]:
+    """The efforts between which kd × slope lies, when the error has changed by so much from one answer to the next."""
+    return tuple(kd * change / step for step in steps(last, answer))
+
+
 def expect_large_slope(pid: PidNode, kd: float) -> None:
     """A slope has no limits, where the effort has none that matter."""
     pid.arrange(kp=1.0)
@@ -425,7 +430,7 @@ def expect_large_slope(pid: PidNode, kd: float) -> None:
     last = pid.send(-10.0)
     time.sleep(0.06)
     answer = pid.send(10.0)
-    expected = tuple(kd * 20.0 / step for step in steps(last, answer))
+    expected = by_slope(kd, 20.0, last, answer)
     if answer.effort and not between(answer.effort, expected):  # 0: whether a new gain counts at once is another test's
         raise Wrong(
             "A large slope counts as it is: it has no limits. With kd alone, and an error that changed by 20, "
@@ -442,7 +447,7 @@ def expect_slope_after(pid: PidNode, gain: str, kd: float) -> None:
     pid.parameters.set({gain: TINY})
     time.sleep(0.06)
     answer = pid.send(error)
-    right, from_zero = (tuple(kd * change / step for step in steps(last, answer)) for change in (error - before, error))
+    right, from_zero = (by_slope(kd, change, last, answer) for change in (error - before, error))
     begun = between(answer.effort, from_zero) or abs(answer.effort) < min(map(abs, right)) / LENIENT
     if begun and not between(answer.effort, right):
         raise Wrong(

@@ -17,8 +17,6 @@ from types import ModuleType
 ROS = ("rclpy", "rcl_interfaces", "rosidl_", "ament_", "rpyutils", "builtin_interfaces", "action_msgs")
 MESSAGES = ("_msgs", "_srvs")
 TOLD = 100  # characters of an answer without two speeds
-
-
 tried: list[str] = []  # packages of ROS that were to be imported
 
 
