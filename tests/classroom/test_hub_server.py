@@ -313,16 +313,22 @@ def test_one_address_cannot_take_all_connections_of_the_proxy(classroom):
         except ConnectionError:
             return False
 
+    def is_answered():
+        with connected("127.0.0.9") as one:
+            one.setblocking(True)
+            try:
+                one.sendall(b"GET /hub/login HTTP/1.0\r\nHost: localhost\r\n\r\n")
+                return one.recv(12).startswith(b"HTTP/1.1 200")
+            except ConnectionError:
+                return False
+
     held = [connected("127.0.0.9") for _ in range(2010)]
     assert wait_until(lambda: sum(map(is_open, held)) == 2000, 20.0)
+    assert not is_answered()
     assert requests.get(f"http://127.0.0.1:{classroom.port}/hub/login", headers={"Host": "localhost"}, timeout=20).ok
     for one in held:
         one.close()
-    again = connected("127.0.0.9")
-    again.setblocking(True)
-    again.sendall(b"GET /hub/login HTTP/1.0\r\nHost: localhost\r\n\r\n")
-    assert again.recv(12).startswith(b"HTTP/1.1 200")
-    again.close()
+    assert wait_until(is_answered, 20.0)  # the proxy learns one by one that they are closed
 
 
 def test_a_member_who_holds_the_hubs_connections_keeps_nobody_out(classroom, ada, bob, kernel):
