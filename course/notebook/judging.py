@@ -69,8 +69,8 @@ BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is
 MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
 LOOK = 0.05  # s between two looks at it
 ONE_AT_A_TIME = (
-    "{0} has no `callback_group`, and so is in the node's default group: each call of it begins only when the one "
-    "before has ended, also while that one awaits."
+    "The callback group of {0}, without a `callback_group` the node's default one, lets one callback run at a time: "
+    "each call begins only when the one before has ended, also while that one waits."
 )
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10

@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse, service_callbacks
+from course.session.source import CALLBACKS, argument, calls, functions, name_of, named, parse, service_callbacks
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
@@ -20,8 +20,8 @@ def class_for_response(source: str) -> tuple[str, int, str] | None:
     """Return a service callback that fills the class of its response: its name, the line and the class; else None."""
     tree = parse(source)
     names = service_callbacks(tree)
-    for function in functions(tree):
-        for node in ast.walk(function) if function.name in names else ():
+    for function in named(tree, names):
+        for node in ast.walk(function):
             if isinstance(node, ast.Assign) and isinstance(node.value, ast.Attribute) and node.value.attr == "Response":
                 return function.name, node.lineno, ast.unparse(node.value)
     return None

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Callable
 
 from course.session.mixups import assigned, line_tree, outside_of_functions, returned
-from course.session.source import functions, functions_of, may_return_nothing, name_of, parse, service_callbacks
+from course.session.source import functions, functions_of, may_return_nothing, name_of, named, parse, service_callbacks
 
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 NOT_YET = (
@@ -26,7 +26,7 @@ def attribute_of_nothing(found: re.Match[str], source: str, code: str) -> str:
             continue
         values = _values(used.value, source, code)
         if values and all(_is_awaited(value, source) for value in values):
-            return NOT_YET
+            return _replaced(values[0], source) or NOT_YET
         for value in values:
             if text := _ends_without_value(value, used.value, source, silent=len(values) > 1):
                 return text
@@ -51,7 +51,7 @@ def silent_helper(source: str) -> tuple[str, int, str] | None:
     """Return a function that may return nothing, its line, and the service callback that hands it on; else None."""
     tree = parse(source)
     names = service_callbacks(tree)
-    for function in (each for each in functions(tree) if each.name in names):
+    for function in named(tree, names):
         for node in ast.walk(function):
             if not (isinstance(node, ast.Return) and node.value):
                 continue
@@ -118,6 +118,18 @@ def _is_awaited(value: ast.expr, source: str, *, deep: bool = True) -> bool:
     results = [each for function in made_here for _, each in returned(function.name, source)]
     ends = any(map(may_return_nothing, made_here))
     return bool(results) and not ends and all(_is_awaited(each, source, deep=False) for each in results)
+
+
+def _replaced(value: ast.expr, source: str) -> str:
+    """Return the hint on the result of an attribute of the node that was awaited, `self.future`, or ''."""
+    future = value.func.value if isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) else None
+    awaited = {ast.unparse(node.value) for node in ast.walk(parse(source)) if isinstance(node, ast.Await)}
+    if not isinstance(future, ast.Attribute) or (text := ast.unparse(future)) not in awaited:
+        return ""
+    return (
+        f"`{text}` is the future of the newest call: while one call awaits, the next stores its own there. Keep it in "
+        "a local variable, or write `response = await self.client.call_async(request)`."
+    )
 
 
 def _ends_without_value(value: ast.expr, used: ast.expr, source: str, *, silent: bool = False) -> str:

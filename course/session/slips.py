@@ -13,6 +13,7 @@ from course.session.source import (
     calls,
     functions,
     name_of,
+    named,
     parameter_callbacks,
     parse,
     timer_in_a_callback,
@@ -94,8 +95,8 @@ def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
     for maker, kind, callback, part, place in GIVEN:
         for call in calls(tree, maker):
             arrays, name = _array_fields(tree, argument(call, *kind), part), name_of(argument(call, *callback))
-            for function in functions(tree):
-                if arrays and function.name == name and len(function.args.args) >= -place:
+            for function in named(tree, {name}) if arrays else ():
+                if len(function.args.args) >= -place:
                     yield from _compared_with_lists(function, function.args.args[place].arg, arrays)
 
 
@@ -140,6 +141,7 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """
     nodes = [*ast.walk(tree)]
     made = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
     made |= {node.name for node in nodes if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))}
     for node in nodes:
         if isinstance(node, (ast.Import, ast.ImportFrom)):
@@ -155,16 +157,13 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons in parameter callbacks with a name used nowhere else: `each.name == 'treshold'`."""
-    named = parameter_callbacks(tree)
     declared = {
         given.value
         for call in calls(tree, "declare_parameter")
         if isinstance(given := argument(call, 0, "name"), ast.Constant) and isinstance(given.value, str)
     }
     texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
-    for function in functions(tree):
-        if function.name not in named:
-            continue
+    for function in named(tree, parameter_callbacks(tree)):
         for node in ast.walk(function):
             if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq)):
                 continue

@@ -4,7 +4,8 @@ import ast
 import linecache
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator
 from types import FrameType
 
 from course.foundation.syntax import syntax_tree
@@ -31,6 +32,12 @@ CALLBACKS = {
 }
 GROUP = (9, "callback_group")  # in the same form: always given by name
 SLEEPS = "sleeps, waits for input, or loops without end."  # which may end, unlike the other reasons of `blocked`
+NOTHING_ELSE = (
+    ", in which nothing else runs until the callback returns. Give the client a group of its own: "
+    "`create_client(..., callback_group=ReentrantCallbackGroup())`."
+)
+ONLY_ITS_EXECUTOR = "only its own executor can receive, and the executor is busy with this callback."
+AWAIT = " Make it `async def`, and write `await client.call_async(...)`."
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -67,6 +74,13 @@ def cells_run() -> list[str]:
 def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
     """Yield all functions and methods in a tree."""
     return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+
+
+def named(tree: ast.AST, names: Collection[str]) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+    """Yield the functions of these names, but not of a name that several have: a callback may be any of them."""
+    found = [*functions(tree)]
+    count = Counter(function.name for function in found)
+    return (function for function in found if function.name in names and count[function.name] == 1)
 
 
 def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
@@ -130,12 +144,10 @@ def blocked(source: str, service: str, callback: str = "") -> str:
     """
     tree = parse(source)
     names = {callback} if callback else service_callbacks(tree, service)
-    for function in functions(tree):
-        if function.name not in names:
-            continue
+    for function in named(tree, names):
         for name, place in WAITS.items():
             for call in calls(function, name):
-                if argument(call, place, "timeout_sec") is not None:
+                if argument(call, place, "timeout_sec") is not None or _own(tree, function, call):
                     continue
                 if name in ("wait_for_server", "wait_for_service"):
                     return (
@@ -143,28 +155,24 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                         "a limit, until there is a server. Check `service_is_ready()` of the client instead "
                         "(`server_is_ready()` for an action), or set a limit: `timeout_sec=1.0`."
                     )
-                return (
-                    f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that only "
-                    "its own executor can receive, and the executor is busy with this callback. Make it `async def`, "
-                    "and write `await client.call_async(...)`."
-                )
+                waits = f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that"
+                if name == "call" and "ThreadedExecutor(" in source:
+                    if _one_group(tree):
+                        return f"{waits} comes to a client in its own callback group{NOTHING_ELSE}"
+                    continue
+                return f"{waits} {ONLY_ITS_EXECUTOR}{AWAIT}"
         if line := _asks_itself(tree, function, service):
             return (
                 f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
                 "itself. Give the client the name of another service."
             )
         if _awaits(function) and _one_group(tree):
-            return (
-                f"its callback '{function.name}' awaits a client in its own callback group, in which nothing else runs "
-                "until the callback returns. Give the client a group of its own: "
-                "`create_client(..., callback_group=ReentrantCallbackGroup())`."
-            )
+            return f"its callback '{function.name}' awaits a client in its own callback group{NOTHING_ELSE}"
         if loop := _awaits_in_a_loop(function):
-            return (
-                f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`, for "
-                "a response that only its own executor can receive, and the executor is busy with this callback. Make "
-                "it `async def`, and write `await client.call_async(...)`."
-            )
+            waits = f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`,"
+            if [*calls(loop, "spin_once"), *calls(loop, "spin_until_future_complete")]:
+                return f"{waits} and spins its node there, which takes the node from the executor that spins it.{AWAIT}"
+            return f"{waits} for a response that {ONLY_ITS_EXECUTOR}{AWAIT}"
         awaited = [node.value for node in ast.walk(function) if isinstance(node, ast.Await)]
         if {*calls(function, "sleep"), *calls(function, "input")} - {*awaited} or _endless(function):
             return f"its callback '{function.name}' {SLEEPS}"
@@ -172,17 +180,18 @@ def blocked(source: str, service: str, callback: str = "") -> str:
 
 
 def one_at_a_time(source: str, service: str) -> int:
-    """Return the line that makes `service` without a callback group, if its callback awaits; 0 if there is none.
+    """Return the line that makes `service` in an exclusive callback group, if its callback waits; 0 if there is none.
 
-    In the node's default group, each call of it begins only when the one before has ended.
+    In such a group, as the node's default one is, each call of it begins only when the one before has ended.
     """
     tree = parse(source)
-    awaiting = {each.name for each in functions(tree) if _awaits(each)}
+    awaiting = {each.name for each in functions(tree) if _awaits(each) or next(calls(each, "call"), None)}
     line = made_at(source, "create_service", service)
     made = next((call for call in calls(tree, "create_service") if call.lineno == line), None)
-    if made and name_of(argument(made, *CALLBACKS["create_service"])) in awaiting and not _group(made):
-        return line
-    return 0
+    if made is None or name_of(argument(made, *CALLBACKS["create_service"])) not in awaiting:
+        return 0
+    exclusive = "MutuallyExclusiveCallbackGroup(" in _group(made) or _is_exclusive(tree, _group(made))
+    return line if exclusive else 0
 
 
 def _awaits(function: ast.AST) -> bool:
@@ -213,12 +222,22 @@ def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
     return next((call.lineno for call in called if name_of(getattr(call.func, "value", None)) in own), 0)
 
 
+def _own(tree: ast.AST, function: ast.AST, call: ast.Call) -> bool:
+    """Return True if a call in a function is awaited, or is of the program's own function: it is not rclpy's."""
+    awaited = any(isinstance(node, ast.Await) and node.value is call for node in ast.walk(function))
+    own = isinstance(call.func, ast.Name) or name_of(getattr(call.func, "value", None)) == "self"
+    return awaited or (own and name_of(call.func) in {each.name for each in functions(tree)})
+
+
 def _one_group(tree: ast.AST) -> bool:
     """Return True if services and clients are made without a callback group, or all in the same exclusive one."""
     groups = {_group(call) for call in (*calls(tree, "create_service"), *calls(tree, "create_client"))}
-    if len(groups) != 1:
-        return False
-    name = groups.pop().lstrip("*")
+    return len(groups) == 1 and _is_exclusive(tree, groups.pop())
+
+
+def _is_exclusive(tree: ast.AST, group: str) -> bool:
+    """Return True for the text of an exclusive callback group, or of none, which is the node's default one."""
+    name = group.lstrip("*")
     made = [ast.unparse(node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)
             for target in node.targets if ast.unparse(target) == name]  # fmt: skip
     return not name or (bool(made) and all("MutuallyExclusiveCallbackGroup(" in each for each in made))
@@ -379,10 +398,11 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
     None if all do, judging by their text.
     """
     tree = parse(source)
-    names = service_callbacks(tree)
-    for function in functions(tree):
-        if function.name not in names:
-            continue
+    types = {
+        name_of(argument(call, *CALLBACKS["create_service"])): name_of(argument(call, 0, "srv_type"))
+        for call in calls(tree, "create_service")
+    }
+    for function in named(tree, service_callbacks(tree)):
         returned = [node.value for node in ast.walk(function) if isinstance(node, ast.Return) and node.value]
         if not returned:
             return function.name, function.lineno, ""
@@ -394,9 +414,16 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         for value in returned:
             other = _is_no_response(value) and name_of(value) != response
             kept = isinstance(value, ast.Name) and value.id != response and _holds_no_response(function, value.id)
-            if other or kept or (isinstance(value, ast.Name) and value.id == request):
+            another = _response_of(value) not in ("", types.get(function.name))
+            if other or kept or another or (isinstance(value, ast.Name) and value.id == request):
                 return function.name, value.lineno, ast.unparse(value)
     return None
+
+
+def _response_of(value: ast.expr) -> str:
+    """Return `Trigger` for `Trigger.Response(...)`, and '' for anything else."""
+    made = value.func if isinstance(value, ast.Call) else None
+    return name_of(made.value) if isinstance(made, ast.Attribute) and made.attr == "Response" else ""
 
 
 NO_RESPONSES = (  # expressions whose value is no response
@@ -427,16 +454,16 @@ def _holds_no_response(function: ast.AST, name: str) -> bool:
 def defined(error: str, source: str) -> tuple[str, int] | None:
     """Return the function that was called with the wrong number of arguments, and the line of its `def`."""
     found = re.search(r"(\w+)\(\) (?:takes|missing) .*positional argument", error)
-    named = (function for function in functions(parse(source)) if found and function.name == found[1])
-    return next(((function.name, function.lineno) for function in named if function.name != "__init__"), None)
+    made = (function for function in functions(parse(source)) if found and function.name == found[1])
+    return next(((function.name, function.lineno) for function in made if function.name != "__init__"), None)
 
 
 def no_result(source: str) -> tuple[str, int] | None:
     """Return the name of an execute callback whose last line is not a `return`, and the line of its `def`."""
     tree = parse(source)
     names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
-    for function in functions(tree):
-        if function.name in names and not isinstance(function.body[-1], (ast.Return, ast.Raise)):
+    for function in named(tree, names):
+        if not isinstance(function.body[-1], (ast.Return, ast.Raise)):
             return function.name, function.lineno
     return None
 
@@ -482,19 +509,21 @@ def wrong_cancel(source: str) -> tuple[str, int, str] | None:
 
 
 def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | None:
-    """Return the first function of these names that returns nothing, a constant or a comparison."""
-    for function in functions(tree):
-        if function.name not in names:
-            continue
+    """Return the first function of these names that returns nothing, a constant or a truth value."""
+    for function in named(tree, names):
         for node in ast.walk(function):
-            plain = isinstance(node, ast.Return) and (
-                node.value is None or isinstance(node.value, (ast.Constant, ast.BoolOp, ast.Compare, ast.UnaryOp))
-            )
-            if plain and isinstance(node, ast.Return):
+            if isinstance(node, ast.Return) and (node.value is None or _is_plain(node.value)):
                 return function.name, node.lineno, ast.unparse(node.value) if node.value else ""
         if _runs_out(function.body):
             return function.name, function.lineno, ""
     return None
+
+
+def _is_plain(value: ast.expr) -> bool:
+    """Return True for a constant and a truth value, also as the last part of `a and b`."""
+    if isinstance(value, ast.BoolOp):
+        return _is_plain(value.values[-1])
+    return isinstance(value, (ast.Constant, ast.Compare, ast.UnaryOp))
 
 
 def _runs_out(body: list[ast.stmt]) -> bool:
@@ -534,12 +563,8 @@ def never_begins(source: str) -> tuple[str, int] | None:
     for each in given if not begins else ():
         if isinstance(each, ast.Lambda) and not _keeps(each):
             return ast.unparse(each), each.lineno
-    named = {name_of(each) for each in given if each is not None}
-    found = (
-        function
-        for function in functions(tree)
-        if function.name in named and not begins and not list(calls(function, "super"))
-    )
+    names = {name_of(each) for each in given if each is not None}
+    found = (function for function in named(tree, names) if not begins and not list(calls(function, "super")))
     return next(((function.name, function.lineno) for function in found), None)
 
 
@@ -583,9 +608,9 @@ def timer_in_a_callback(source: str) -> tuple[str, int] | None:
     if list(calls(tree, "cancel")) or list(calls(tree, "destroy_timer")):
         return None
     makers = ("create_subscription", "create_timer", "create_service")
-    named = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
-    for function in functions(tree):
-        for statement in function.body if function.name in named else ():
+    names = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
+    for function in named(tree, names):
+        for statement in function.body:
             made = (
                 next(calls(statement, "create_timer"), None) if isinstance(statement, (ast.Assign, ast.Expr)) else None
             )

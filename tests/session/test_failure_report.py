@@ -601,6 +601,14 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ("def", "answer = self.client.call(r, 1.0)", "", ""),
         ("def", "while not self.client.call_async(r).done(): time.sleep(1)", "", "waits in line 9, `while not "),
         ("def", "while not self.sent.done(): x = 1", "", ""),
+        (
+            "def",
+            "while not self.client.call_async(r).done(): rclpy.spin_once(self, timeout_sec=0.1)",
+            "",
+            "spins its node there, which takes the node from the executor",
+        ),
+        ("async def", "answer = await self.call(r)", ", callback_group=group", ""),
+        ("def", "answer = self.ask(r)", "", ""),
     ],
 )
 def test_why_a_service_may_never_answer(define, body, options, says):
@@ -627,7 +635,33 @@ def test_only_a_group_that_lets_nothing_else_run_is_named(made, given, says):
     )
     said = source.blocked(text, "/ask")
     assert says in said and bool(says) == bool(said), said
-    assert not source.one_at_a_time(text, "/ask")
+    assert bool(source.one_at_a_time(text, "/ask")) == (bool(says) or "Exclusive" in given)
+
+
+BLOCKS = SERVER.format(define="def", body="answer = self.client.call(r)", options="{service}").replace(
+    "'/add')", "'/add'{client})"
+)
+REENTRANT, OWN = ", callback_group=ReentrantCallbackGroup()", ", callback_group=self.own"
+
+
+@pytest.mark.parametrize(
+    ("service", "client", "says", "line"),
+    [
+        ("", "", "comes to a client in its own callback group, in which nothing else runs", 7),
+        ("", REENTRANT, "", 7),
+        (OWN, REENTRANT, "", 7),
+        (REENTRANT, REENTRANT, "", 0),
+    ],
+)
+def test_a_call_that_blocks_one_thread_of_many(service, client, says, line):
+    text = BLOCKS.format(service=service, client=client).replace(
+        "        self.client =", "        self.own = MutuallyExclusiveCallbackGroup()\n        self.client ="
+    )
+    assert "only its own executor can receive" in source.blocked(text, "/ask")
+    text += "\nMultiThreadedExecutor(8)\n"
+    said = source.blocked(text, "/ask")
+    assert says in said and bool(says) == bool(said), said
+    assert source.one_at_a_time(text, "/ask") == line
 
 
 def test_a_server_that_asks_itself():
@@ -699,7 +733,7 @@ def test_what_a_callback_returns_in_the_place_of_its_response():
 @pytest.mark.parametrize(
     "returned",
     ["{'success': True}", "dict(success=True)", "(True, response.message)", "True", "request.data > 3", "None",
-     "f'{request.data}'", "SetBool.Request()", "not request.data", "answer"],
+     "f'{request.data}'", "SetBool.Request()", "SetBool.Response(success=True)", "not request.data", "answer"],
 )  # fmt: skip
 def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
     text = SERVER.format(define="def", body="answer = dict(success=True)", options="")
@@ -715,7 +749,10 @@ def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
     assert (in_a_cell.frames[-1].line, in_a_cell.hint) == (10, why)
 
 
-@pytest.mark.parametrize("returned", ["self.filled(response)", "answer", "response if request.data else other"])
+@pytest.mark.parametrize("returned",
+    ["self.filled(response)", "Trigger.Response()", "srv.Trigger.Response()", "answer",
+     "response if request.data else other"],
+)  # fmt: skip
 def test_what_may_be_the_response_is_not_named(returned):
     body = "answer = response; answer = dict(success=True)" if returned == "answer" else "pass"
     text = SERVER.format(define="def", body=body, options="").replace("return response", f"return {returned}")
@@ -1152,6 +1189,13 @@ OF_A_CLOCK = """class A:
         t = self.get_clock().now()
         t.sum
 """
+SHARED = """class A(Node):
+    async def b(self):
+        {0} = self.client.call_async(request)
+        await {0}
+        answer = {0}.result()
+        return answer.sum
+"""
 NOT_YET = "The response is not there yet: `future.result()`"
 
 
@@ -1167,6 +1211,8 @@ NOT_YET = "The response is not there yet: `future.result()`"
         (CLIENT.format(ends="return future.result()"), "print(answer.sum)", NOT_YET),
         (CLIENT.format(ends="return future.result().sum"), "return future.result().sum", NOT_YET),
         ("rclpy.init()\nanswer = client.call(request, timeout_sec=1.0)\nanswer.sum", "answer.sum", NOT_YET),
+        (SHARED.format("self.future"), "return answer.sum", "`self.future` is the future of the newest call: while "),
+        (SHARED.format("future"), "return answer.sum", NOT_YET),
         ("rclpy.init()\nfound = re.match('x', 'y')\nprint(found.sum)", "print(found.sum)", ""),
         ("rclpy.init()\nfuture = pool.submit(ask)\nfuture.result().sum", "future.result().sum", ""),
         ("class A(Node):\n    last = None\n    def b(self):\n        c = self.last.sum", "c = self.last.sum", ""),

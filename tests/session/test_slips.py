@@ -74,6 +74,7 @@ LACKS = (
         ("from rclpy.executors import ExternalShutdownException", []),
         ("from rclpy.executors import *", []),
         ("class ExternalShutdownException(Exception): pass", []),
+        ("def spin(self, ExternalShutdownException=ValueError): pass", []),
     ],
 )
 def test_an_exception_that_a_file_does_not_know_is_told_before_it_is_needed(imports, told):

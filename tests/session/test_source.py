@@ -211,12 +211,16 @@ def test_a_node_spins_only_once_the_session_has_its_handle(session, monkeypatch)
         ("return self.answer", None),
         ("return True", ("allow", 7, "True")),
         ("return handle.is_active and not self.blocked", ("allow", 7, "handle.is_active and (not self.blocked)")),
+        ("return handle and CancelResponse.ACCEPT or CancelResponse.REJECT", None),
         ("self.get_logger().info('cancel')", ("allow", 6, "")),
     ],
 )
 def test_a_cancel_callback_that_returns_no_response(body, wrong):
     source = SERVER.replace("handle_accepted_callback=self.take", "cancel_callback=self.allow")
-    assert wrong_cancel(source.replace("def take(", "def allow(").format(body=body)) == wrong
+    source = source.replace("def take(", "def allow(").format(body=body)
+    assert wrong_cancel(source) == wrong
+    of_another_class = "\n\nclass Ride:\n    def allow(self):\n        return True\n"
+    assert wrong_cancel(source + of_another_class) is None
 
 
 @pytest.mark.parametrize(

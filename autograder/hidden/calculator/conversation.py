@@ -226,12 +226,14 @@ class Calculator(Server):
         Whether it is refused is judged by other tests.
         """
         before = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
-        if not (message := in_one_line(self.provoke(a, operation, b))):
+        message = self.provoke(a, operation, b)
+        if not message.strip():
             return True
+        ways = {in_one_line(message), in_one_line(repr(message)[1:-1])}  # as text, and in the log of a whole response
 
         def logged() -> bool:
             after = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
-            return any(new.count(message) > old.count(message) for new, old in zip(after, before, strict=True))
+            return any(new.count(way) > old.count(way) for new, old in zip(after, before, strict=True) for way in ways)
 
         return wait_until(logged, limit)
 

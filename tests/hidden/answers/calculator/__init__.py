@@ -78,6 +78,16 @@ RIGHT |= {
     "a response made anew; a client with JSON in a context of its own": written(
         programs.COMPOSED, programs.JSON_CLIENT
     ),
+    "the whole response in the log, a message with both quotes": server(
+        (
+            (
+                "            f'Response: result={response.result} success={response.success} '\n"
+                "            f'message={response.message}')"
+            ),
+            "            str(response))",
+        ),
+        ("response.message = 'Division by zero'", """response.message = 'One can\\'t "divide" by zero'"""),
+    ),
     "one dictionary of refusals and results; a client that asks first": server(
         (FIRST, "        self.get_logger().info('One moment')\n" + FIRST)
     ),
