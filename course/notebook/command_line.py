@@ -4,10 +4,11 @@ import ast
 from pathlib import Path
 
 from course.session.failure_report import frame_at, text_at
+from course.session.mixups import assigned
 from course.session.source import calls, functions, name_of, parse
 
 EXITS = ("exit", "_exit", "SystemExit")
-NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Name, ast.Subscript)  # values that may be no status
+NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
 
 
 def lost_status(file: str, status: int) -> str:
@@ -42,7 +43,7 @@ def printed_status(file: str, output: str, status: int) -> str:
         return ""
     returns = [node for node in ast.walk(main) if isinstance(node, ast.Return) and node.value]
     for node in returns:
-        if isinstance(node.value, NO_STATUS):
+        if _is_no_status(node.value, source):
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status: `sys.exit` prints "
                 "anything but a whole number, and ends with 1. After a success, return 0."
@@ -53,6 +54,14 @@ def printed_status(file: str, output: str, status: int) -> str:
             "status 1. After a success, return 0."
         )
     return ""
+
+
+def _is_no_status(value: ast.expr | None, source: str) -> bool:
+    """Return True for a value that may be something else than a number: a text, or a name that may hold one."""
+    if isinstance(value, ast.Name):
+        held = [each for _, each in assigned(value, source)]
+        return not held or any(isinstance(each, (*NO_STATUS, ast.Call)) for each in held)
+    return isinstance(value, NO_STATUS)
 
 
 def _is_true(value: ast.expr | None) -> bool:
@@ -77,7 +86,9 @@ def kept_name(file: str) -> str:
     indices = [node.slice for node in ast.walk(tree) if isinstance(node, ast.Subscript)]
     sliced = any(isinstance(each, ast.Slice) and each.lower is not None for each in indices)
     fourth = any(isinstance(each, ast.Constant) and each.value == 3 for each in indices)
-    if len(made) != 1 or longer or sliced or fourth or any(next(calls(tree, name), None) for name in TAKES_OFF):
+    taken_off = any(isinstance(node, ast.Delete) for node in ast.walk(tree))  # `del words[0]`
+    taken_off |= any(next(calls(tree, name), None) for name in TAKES_OFF)
+    if len(made) != 1 or longer or sliced or fourth or taken_off:
         return ""
     return (
         f"\n{frame_at(file, made[0].lineno, source)}\nThe first of these words is the program's name, and nothing in "

@@ -222,7 +222,9 @@ class Calls:
         """Return why a node's callback may not answer at `service`, from its text."""
         for handle in list(self._handles.values()):
             text, name = (handle.source, "") if isinstance(handle, NodeProcess) else handle.callback_of(service)
-            if service in handle.services and (why := blocked(text, service, name)):
+            threads = 1 if isinstance(handle, NodeProcess) else handle.threads
+            why = blocked(text, service, name, threads=threads, is_served=self.node.count_services)
+            if service in handle.services and why:
                 self.watch.forget("inside a callback")  # the guards have reported the same
                 return why
         return ""

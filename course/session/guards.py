@@ -1,7 +1,7 @@
 """Guards for calls that are wrong in a kernel: `rclpy.spin`, `rclpy.init`, `main()`, waiting inside a callback.
 
 In a kernel with a live session they say what to do instead, can be interrupted within a second, and leave the session
-alone.  In threads other than the main one, and for spinning with a time limit, nothing changes.
+alone.  In threads other than the main one, and for spinning another node with a time limit, nothing changes.
 """
 
 import contextlib
@@ -16,6 +16,7 @@ from typing import Any
 
 import rclpy
 import rclpy.executors
+from IPython import get_ipython
 from rclpy.action import ActionClient
 from rclpy.client import Client
 from rclpy.exceptions import InvalidHandle
@@ -27,7 +28,7 @@ from rclpy.utilities import get_default_context
 
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import client_of, is_served, is_shut_down, replace_in_rclpy
-from course.session.source import is_cell
+from course.session.source import is_cell, running_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
 EXECUTORS = rclpy.executors.__file__
@@ -67,12 +68,14 @@ class Guards:
         """
         self._notice, self._apart = notice, apart
         self._undo: list[Callable[[], None]] = []
+        self._spun_once: tuple[str, int] | None = None  # the cell that was told so last, and its number
 
     def install(self) -> None:
         """Install the guards in this process."""
         self._undo = [
             replace_in_rclpy(self._init, rclpy, "init"),
             replace_in_rclpy(self._spin, rclpy, "spin"),
+            replace_in_rclpy(self._spin_once, rclpy, "spin_once"),
             replace_in_rclpy(self._spin_until, rclpy, "spin_until_future_complete"),
             replace_in_rclpy(self._executor_spin, Executor, "spin"),
             replace_in_rclpy(self._wait_for_server, Client, "wait_for_service"),
@@ -154,6 +157,18 @@ class Guards:
                     executor.remove_node(node)
 
         return spin
+
+    def _spin_once(self, original: Callable[..., None]) -> Callable[..., None]:
+        def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
+            if node.executor is None or executor is not None or not in_main_thread():
+                original(node, executor=executor, timeout_sec=timeout_sec)
+                return
+            if (cell := (running_cell(), getattr(get_ipython(), "execution_count", 0))) != self._spun_once:
+                self._spun_once = cell  # it is usually in a loop
+                say(f"rclpy.spin_once is not needed here: {SPUN}.")
+            wait_until(lambda: False, SLICE if timeout_sec is None else min(max(timeout_sec, 0.0), SLICE), alert=False)
+
+        return spin_once
 
     def _spin_until(self, original: Callable[..., None]) -> Callable[..., None]:
         def spin_until_future_complete(

@@ -290,6 +290,7 @@ def _parameters_kept(source: str) -> set[str]:
     return {ast.unparse(target) for each in kept for target in each.targets}
 
 
+OF_A_LIST = "`set_parameters` takes a list: `set_parameters([Parameter(...)])`."
 OF_A_PARAMETER = "`get_parameter(...)` returns a Parameter: its value is `.value`."
 
 
@@ -939,6 +940,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says(
             "The number does not fit the field: an `int32`, for example, holds up to 2147483647. Refuse such a request."
         ),
+    ),
+    (
+        r"'Parameter' object is not iterable",
+        lambda found, source: OF_A_LIST if re.search(r"set_parameters\w*\(", source) else "",
     ),
     (
         r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",

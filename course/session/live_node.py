@@ -53,6 +53,11 @@ class LiveNode:
         self.over: float | None = None  # nobody asks: one that was stopped is in no table
 
     @property
+    def threads(self) -> int:
+        """Return the number of threads of its executor."""
+        return self._spinner.threads
+
+    @property
     def alive(self) -> bool:
         """Return False once its executor has stopped spinning."""
         return self._spinner.alive

@@ -5,7 +5,7 @@ import linecache
 import re
 import sys
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from types import FrameType
 
 from course.foundation.syntax import syntax_tree
@@ -31,6 +31,7 @@ CALLBACKS = {
     "create_timer": (1, "callback"),
 }
 GROUP = (9, "callback_group")  # in the same form: always given by name
+SHORT = 0.5  # s that a callback may sleep without being thought to wait
 SLEEPS = "sleeps, waits for input, or loops without end."  # which may end, unlike the other reasons of `blocked`
 NOTHING_ELSE = (
     ", in which nothing else runs until the callback returns. Give the client a group of its own: "
@@ -137,18 +138,33 @@ def answering(source: str, name: str) -> set[str]:
     return found & {function.name for function in functions(tree)}
 
 
-def blocked(source: str, service: str, callback: str = "") -> str:
+def blocked(
+    source: str,
+    service: str,
+    callback: str = "",
+    *,
+    threads: int = 1,
+    is_served: Callable[[str], object] = lambda name: True,
+) -> str:
     """Return why the callback of `service` may never answer, judging by its text, or ''.
 
-    `callback` is its name, if known.
+    `callback` is its name, if known, and `threads` those of its executor, if the text makes none.  `is_served` tells
+    whether a service is there.
     """
+    several = threads > 1 or "ThreadedExecutor(" in source
     tree = parse(source)
     names = {callback} if callback else service_callbacks(tree, service)
     for function in named(tree, names):
+        waits_for_a_server = [*calls(function, "wait_for_service"), *calls(function, "wait_for_server")]
+        for asked, line in _asked(tree, function) if not waits_for_a_server else ():
+            if "namespace" not in source and not is_served(asked):
+                return f"its callback '{function.name}' asks {asked} in line {line}, and no node serves that."
         for name, place in WAITS.items():
             for call in calls(function, name):
                 if argument(call, place, "timeout_sec") is not None or _own(tree, function, call):
                     continue
+                if name.startswith("spin") and isinstance(argument(call, 0, "node"), ast.Attribute):
+                    continue  # another node, `self.helper`
                 if name in ("wait_for_server", "wait_for_service"):
                     return (
                         f"its callback '{function.name}' waits in line {call.lineno}, `{ast.unparse(call)}`, without "
@@ -156,12 +172,12 @@ def blocked(source: str, service: str, callback: str = "") -> str:
                         "(`server_is_ready()` for an action), or set a limit: `timeout_sec=1.0`."
                     )
                 waits = f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that"
-                if name == "call" and "ThreadedExecutor(" in source:
+                if name == "call" and several:
                     if _one_group(tree):
                         return f"{waits} comes to a client in its own callback group{NOTHING_ELSE}"
                     continue
                 return f"{waits} {ONLY_ITS_EXECUTOR}{AWAIT}"
-        if line := _asks_itself(tree, function, service):
+        if line := next((line for asked, line in _asked(tree, function) if asked == f"/{service.lstrip('/')}"), 0):
             return (
                 f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
                 "itself. Give the client the name of another service."
@@ -173,10 +189,21 @@ def blocked(source: str, service: str, callback: str = "") -> str:
             if [*calls(loop, "spin_once"), *calls(loop, "spin_until_future_complete")]:
                 return f"{waits} and spins its node there, which takes the node from the executor that spins it.{AWAIT}"
             return f"{waits} for a response that {ONLY_ITS_EXECUTOR}{AWAIT}"
-        awaited = [node.value for node in ast.walk(function) if isinstance(node, ast.Await)]
-        if {*calls(function, "sleep"), *calls(function, "input")} - {*awaited} or _endless(function):
+        if _sleeps(function) or _endless(function):
             return f"its callback '{function.name}' {SLEEPS}"
     return ""
+
+
+def _sleeps(function: ast.AST) -> bool:
+    """Return True if a function waits for input, or sleeps, but not for one sleep that is written out and short."""
+    awaited = [node.value for node in ast.walk(function) if isinstance(node, ast.Await)]
+    loops = [node for node in ast.walk(function) if isinstance(node, (ast.For, ast.While))]
+    repeated = [call for loop in loops for call in calls(loop, "sleep")]
+    for call in {*calls(function, "sleep")} - {*awaited}:
+        lasts = getattr(call.args[0], "value", None) if call.args else None
+        if call in repeated or not isinstance(lasts, (int, float)) or lasts >= SHORT:
+            return True
+    return next(calls(function, "input"), None) is not None
 
 
 def one_at_a_time(source: str, service: str) -> int:
@@ -206,9 +233,9 @@ def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
     return next((each for each in loops if [*calls(each.test, "done"), *calls(each.test, "result")]), None)
 
 
-def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
-    """Return the line in which a callback calls the service that it serves itself, 0 if it does not."""
-    own = set()
+def _asked(tree: ast.AST, function: ast.AST) -> Iterator[tuple[str, int]]:
+    """Yield the services that a function calls by clients of the program, as `/add`, with the lines of the calls."""
+    clients: dict[str, str] = {}
     for node in ast.walk(tree):
         if (
             isinstance(node, ast.Assign)
@@ -216,10 +243,11 @@ def _asks_itself(tree: ast.AST, function: ast.AST, service: str) -> int:
             and name_of(node.value.func) == "create_client"
         ):
             name = argument(node.value, 1, "srv_name")
-            if isinstance(name, ast.Constant) and str(name.value).lstrip("/") == service.lstrip("/"):
-                own |= {name_of(target) for target in node.targets}
-    called = [*calls(function, "call_async"), *calls(function, "call")]
-    return next((call.lineno for call in called if name_of(getattr(call.func, "value", None)) in own), 0)
+            if isinstance(name, ast.Constant):
+                clients |= {name_of(target): f"/{str(name.value).lstrip('/')}" for target in node.targets}
+    for call in (*calls(function, "call_async"), *calls(function, "call")):
+        if (owner := name_of(getattr(call.func, "value", None))) in clients:
+            yield clients[owner], call.lineno
 
 
 def _own(tree: ast.AST, function: ast.AST, call: ast.Call) -> bool:
@@ -611,6 +639,8 @@ def timer_in_a_callback(source: str) -> tuple[str, int] | None:
     names = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
     for function in named(tree, names):
         for statement in function.body:
+            if any(isinstance(node, (ast.Return, ast.Raise)) for node in ast.walk(statement)):
+                break  # what follows may run only once
             made = (
                 next(calls(statement, "create_timer"), None) if isinstance(statement, (ast.Assign, ast.Expr)) else None
             )

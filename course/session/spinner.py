@@ -31,7 +31,7 @@ class Spinner:
         self._changed = changed
         self._who = who or f"The node {node.get_name()}"
         context = node.context
-        self.node = node
+        self.node, self.threads = node, threads
         self.errors: deque[BaseException] = deque(maxlen=KEPT)
         self.raised = 0  # exceptions so far, those included that are not kept any more
         self.reports: list[FailureReport] = []

@@ -274,6 +274,12 @@ def after(self, params):
             "The name of the parameter comes first, then its default",
         ),
         (
+            "TypeError: 'Parameter' object is not iterable",
+            "node.set_parameters(Parameter('low', value=2.0))\n",
+            "node.set_parameters(Parameter('low', value=2.0))",
+            "`set_parameters` takes a list: `set_parameters([Parameter(...)])`.",
+        ),
+        (
             "TypeError: Parameter.__init__() takes 1 positional argument but 2 were given",
             "from rclpy.parameter import Parameter\nfrom rcl_interfaces.msg import *\n",
             "Parameter('low', value=2.0)",
@@ -595,6 +601,10 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
         ("def", "while True:\n            if self.moved(): break", "", ""),
         ("def", "while True: pass", "", "loops without end"),
         ("def", "time.sleep(9)", "", "sleeps"),
+        ("def", "time.sleep(0.1)", "", ""),
+        ("def", "time.sleep(self.period)", "", "sleeps"),
+        ("def", "while self.busy: time.sleep(0.1)", "", "sleeps"),
+        ("def", "rclpy.spin_until_future_complete(self.helper, future)", "", ""),
         ("def", "self.client.wait_for_service()", "", "waits in line 9, `self.client.wait_for_service()`"),
         ("async def", "self.client.wait_for_service()", "", "Check `service_is_ready()`"),
         ("def", "self.client.wait_for_service(5.0)", "", ""),
@@ -662,6 +672,22 @@ def test_a_call_that_blocks_one_thread_of_many(service, client, says, line):
     said = source.blocked(text, "/ask")
     assert says in said and bool(says) == bool(said), said
     assert source.one_at_a_time(text, "/ask") == line
+
+
+def test_a_call_that_blocks_in_a_cell_is_told_by_the_number_of_threads():
+    text = BLOCKS.format(service=REENTRANT, client=REENTRANT)
+    assert "only its own executor can receive" in source.blocked(text, "/ask", threads=1)
+    assert source.blocked(text, "/ask", threads=2) == ""
+
+
+@pytest.mark.parametrize("body", ["answer = self.client.call(r)", "answer = await self.client.call_async(r)"])
+def test_a_service_that_a_callback_asks_and_nobody_serves_is_the_cause(body):
+    text = SERVER.format(define="async def", body=body, options="")
+    said = source.blocked(text, "/ask", is_served=lambda name: name != "/add")
+    assert said == "its callback 'ask' asks /add in line 9, and no node serves that."
+    assert "no node serves" not in source.blocked(text, "/ask", is_served=lambda name: name == "/add")
+    in_a_namespace = text.replace("('server')", "('server', namespace='a')")
+    assert "no node serves" not in source.blocked(in_a_namespace, "/ask", is_served=lambda name: False)
 
 
 def test_a_server_that_asks_itself():

@@ -41,6 +41,7 @@ class Careful(Node):
         ("self.create_timer(1.0, self.check)",
          "line 13: 'check' makes one more timer each time that it is called. Make the timer once, in `__init__`."),
         ("if self.free: self.create_timer(1.0, self.check)", ""),
+        ("if self.free: return []\n        self.timer = self.create_timer(1.0, self.check)", ""),
         ("self.free = self.free == False", ""),
         ("if self.free and self.is_fresh(): pass", ""),
         ("bad = [each for each in params if each.name == 'threshold']", ""),
