@@ -326,17 +326,18 @@ def hidden(file: str) -> str:
 
 
 def slow_timer(file: str, most: float) -> str:
-    """Return lines about a timer whose literal period is above `most` s, or about a missing one; '' otherwise."""
-    source = text_at(Path(file))
+    """Return lines about a timer above `most` s, if all are so by their text, or about a missing one; '' otherwise."""
+    source, slow = text_at(Path(file)), ""
     made = list(calls(parse_program(source), "create_timer"))
     if not made and not RHYTHM.search(source):
         return f"\n{file} has no timer: `create_timer(period, callback)` calls a method regularly."
-    for call in made:
-        period = argument(call, *PERIOD)
-        if isinstance(period, ast.Constant) and isinstance(period.value, (int, float)) and period.value > most:
-            at = frame_at(file, call.lineno, source)
-            return f"\n{at}\nThe period of a timer is in seconds: this one fires every {period.value:g} s."
-    return ""
+    periods = [getattr(argument(call, *PERIOD), "value", None) for call in made]
+    for call, period in zip(made, periods, strict=True):
+        if not isinstance(period, (int, float)) or period <= most:
+            return ""  # this one may be fast
+        at = frame_at(file, call.lineno, source)
+        slow = slow or f"\n{at}\nThe period of a timer is in seconds: this one fires every {period:g} s."
+    return slow
 
 
 def rate_in_a_timer(file: str) -> str:
@@ -370,9 +371,13 @@ def more_timers(file: str) -> str:
 
 
 def one_thread(file: str) -> str:
-    """Return lines about a node that is spun by `rclpy.spin(node)`, which has one thread; '' otherwise."""
+    """Return lines about a node that `rclpy.spin(node)` spins with one thread, which no action awaits; '' otherwise."""
     source = text_at(Path(file))
-    for call in calls(parse_program(source), "spin"):
+    tree = parse_program(source)
+    names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
+    if any(isinstance(each, ast.AsyncFunctionDef) and each.name in names for each in functions(tree)):
+        return ""
+    for call in calls(tree, "spin"):
         if ast.unparse(call.func) == "rclpy.spin" and len(call.args) + len(call.keywords) == 1:
             return (
                 f"\n{frame_at(file, call.lineno, source)}\nThis spins the node with one thread: while one callback "

@@ -145,6 +145,11 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
         return f"The callback `{idle[0]}` calls nothing: pass the method itself, `{idle[2]}`."
     if callback := wrong_return(source):
         name, _, returned = callback
+        if ".Response(" in returned:
+            return (
+                f"The service callback '{name}' returns `{returned}`, and its service is of another type: fill in the "
+                "response that it is given, and return that."
+            )
         what = f"`{returned}`, not the response" if returned else "nothing"
         return f"The service callback '{name}' returns {what}: end it with `return response`."
     if helper := silent_helper(source):
@@ -395,23 +400,28 @@ GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
 
 def _unbound(found: re.Match[str], source: str) -> str:
     name, tree = found[1], parse(source)
+    if any(map(any, (_stores(function, name) for function in functions(tree)))):
+        return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
     for each in ast.walk(tree):
-        if not isinstance(each, ast.ClassDef):
-            continue
-        setting = [
-            method.name
-            for method in functions(each)
-            if any(
-                isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
-                for node in ast.walk(method)
-            )
-        ]
+        methods = list(functions(each)) if isinstance(each, ast.ClassDef) else []
+        setting = [method.name for method in methods if _stores(method, name)]
         if "__init__" in setting and len(setting) > 1:
             return (
                 f"`{name}` is a local variable of `__init__`, gone when `__init__` returns: use `self.{name}` in every "
                 "method."
             )
     return ""
+
+
+def _stores(function: ast.AST, name: str) -> list[bool]:
+    """Return, for each place that sets a name in a function, whether it is in a branch or a loop."""
+    inside = (node for node in ast.walk(function) if isinstance(node, (ast.If, ast.For, ast.While, ast.Try)))
+    may_run = {id(node) for block in inside for node in ast.walk(block)}
+    return [
+        id(node) in may_run
+        for node in ast.walk(function)
+        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+    ]
 
 
 def _no_such_class(found: re.Match[str], source: str) -> str:
@@ -976,6 +986,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
 NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
 # Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        r"^IndexError",
+        r"\[[^\]]*\+\s*1\]",
+        "The last index is one less than the length: for the last one, an index with `+ 1` is beyond it.",
+    ),
     (
         r"object is not callable",
         r"\.value\(\)",

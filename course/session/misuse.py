@@ -1,5 +1,6 @@
 """Checks of what a cell gives to a session: what stands in the place of something else is told at once."""
 
+import difflib
 import inspect
 import itertools
 import re
@@ -14,6 +15,8 @@ from course.errors import LiveError
 
 OF_A_FILE = "ros__parameters"  # the key above a node's parameters in a parameter file
 ROS_ARGS = "--ros-args"
+OF_START = ("parameters", "threads", "timeout")  # arguments of `ros.start`
+ALIKE = 0.75  # least similarity of two names of an argument that should be the same
 
 
 def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
@@ -116,6 +119,10 @@ def expect_of_a_class(cls: type, fields: Mapping[str, object], error: TypeError)
     """Raise LiveError if `error` says that the class does not take one of the arguments with a name."""
     found = re.search(r"__init__\(\) got an unexpected keyword argument '(\w+)'", str(error))
     if found and found[1] in fields and found[1] not in inspect.signature(cls).parameters:
+        if near := difflib.get_close_matches(found[1], OF_START, 1, ALIKE):
+            raise LiveError(
+                f"{cls.__name__} takes no argument {found[1]!r}, and neither does ros.start. Did you mean `{near[0]}`?"
+            ) from None
         raise LiveError(
             f"{cls.__name__} takes no argument {found[1]!r}. If it is a parameter of the node, write "
             f"ros.start({cls.__name__}, parameters={{{found[1]!r}: {fields[found[1]]!r}}})"

@@ -442,10 +442,20 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         for value in returned:
             other = _is_no_response(value) and name_of(value) != response
             kept = isinstance(value, ast.Name) and value.id != response and _holds_no_response(function, value.id)
-            another = _response_of(value) not in ("", types.get(function.name))
-            if other or kept or another or (isinstance(value, ast.Name) and value.id == request):
+            held = _assigned(function, value.id) if isinstance(value, ast.Name) else []
+            made = [value, *(each.value for each in held)]
+            wrong = [each for each in made if _response_of(each) not in ("", types.get(function.name))]
+            if wrong and len(made) < 3:  # the value itself, or all that its name holds
+                return function.name, wrong[0].lineno, ast.unparse(wrong[0])
+            if other or kept or (isinstance(value, ast.Name) and value.id == request):
                 return function.name, value.lineno, ast.unparse(value)
     return None
+
+
+def _assigned(function: ast.AST, name: str) -> list[ast.Assign]:
+    """Return the assignments to a name in a function."""
+    found = (node for node in ast.walk(function) if isinstance(node, ast.Assign))
+    return [node for node in found if any(isinstance(each, ast.Name) and each.id == name for each in node.targets)]
 
 
 def _response_of(value: ast.expr) -> str:
@@ -473,8 +483,7 @@ def _holds_no_response(function: ast.AST, name: str) -> bool:
     """Return True if all that a function assigns to a name is no response."""
     stored = [node for node in ast.walk(function) if isinstance(node, ast.Name) and node.id == name
               and isinstance(node.ctx, ast.Store)]  # fmt: skip
-    given = [node.value for node in ast.walk(function) if isinstance(node, ast.Assign)
-             for target in node.targets if isinstance(target, ast.Name) and target.id == name]  # fmt: skip
+    given = [node.value for node in _assigned(function, name)]
     plain = all(_is_no_response(value) and not isinstance(value, ast.Attribute) for value in given)
     return bool(given) and len(given) == len(stored) and plain
 

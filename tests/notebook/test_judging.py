@@ -218,6 +218,10 @@ def tick(self):
         (judging.more_timers, "node", "self.timer.reset()", ""),
         (judging.one_thread, "node", "pass", "line 1\n    rclpy.spin(node)\nThis spins the node with one thread"),
         (judging.one_thread, "node, executor", "pass", ""),
+        (judging.one_thread, "node", "ActionServer(self, Lift, 'lift', self.run)\nasync def run(self): pass", ""),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "pass", "    self.create_timer(0.1, self.tick)\n"),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(0.02, self.tick)", ""),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(period, self.tick)", ""),
     ],
 )
 def test_why_callbacks_come_too_often_or_not_at_all(tmp_path, monkeypatch, told, spun, line, says):

@@ -634,7 +634,7 @@ def each_night(*case: str):
             "lift_server.py",
             CANCELED,
             CANCELED.replace("break", "self.floor = 0\n                break"),
-            "a cancelled goal had stopped at [1] and reached floor ",
+            "a cancelled goal had stopped at [",
         ),
         each_night(
             "actions",
@@ -642,7 +642,7 @@ def each_night(*case: str):
             "lift_server.py",
             CANCELED,
             CANCELED.replace("break", "return Lift.Result(floor=self.floor)"),
-            "the result must say stops=[1], floor=3, and said stops=[], floor=3",
+            ", and said stops=[], floor=",
         ),
         each_night(
             "actions",

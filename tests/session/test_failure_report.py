@@ -478,6 +478,18 @@ def after(self, params):
         ("TypeError: Relay() takes no arguments", "class Relay:\n    def _init_(self): pass", "", "you have `_init_`"),
         ("TypeError: Relay() takes no arguments", "class Relay:\n    pass", "", ""),
         (
+            "UnboundLocalError: cannot access local variable 'high' where it is not associated with a value",
+            "def __init__(self):\n    high = 1.0\ndef check(self, params):\n    for each in params:\n        high = each",
+            "return high",
+            "No line that sets `high` in this function has run yet: give it a value at the beginning.",
+        ),
+        (
+            "IndexError: array index out of range",
+            "for i in range(len(scan.ranges)):\n    scan.ranges[i] - scan.ranges[i + 1]",
+            "scan.ranges[i] - scan.ranges[i + 1]",
+            "The last index is one less than the length",
+        ),
+        (
             "TypeError: Node.__init__() missing 1 required positional argument: 'node_name'",
             "class Relay(Node):\n    def _init_(self): pass",
             "",
@@ -759,7 +771,7 @@ def test_what_a_callback_returns_in_the_place_of_its_response():
 @pytest.mark.parametrize(
     "returned",
     ["{'success': True}", "dict(success=True)", "(True, response.message)", "True", "request.data > 3", "None",
-     "f'{request.data}'", "SetBool.Request()", "SetBool.Response(success=True)", "not request.data", "answer"],
+     "f'{request.data}'", "SetBool.Request()", "not request.data", "answer"],
 )  # fmt: skip
 def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
     text = SERVER.format(define="def", body="answer = dict(success=True)", options="")
@@ -773,6 +785,17 @@ def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
     assert report.hint == why
     in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
     assert (in_a_cell.frames[-1].line, in_a_cell.hint) == (10, why)
+
+
+@pytest.mark.parametrize(
+    ("body", "returned"),
+    [("pass", "SetBool.Response(success=True)"), ("response = SetBool.Response(success=True)", "response")],
+)
+def test_the_response_of_another_type_is_named(body, returned):
+    text = SERVER.format(define="def", body=body, options="").replace("return response", f"return {returned}")
+    why = "The service callback 'ask' returns `SetBool.Response(success=True)`, and its service is of another type: "
+    assert hint("TypeError", text).startswith(why)
+    assert source.wrong_return(text.replace("SetBool", "Trigger")) is None
 
 
 @pytest.mark.parametrize("returned",
