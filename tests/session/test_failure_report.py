@@ -479,7 +479,7 @@ def after(self, params):
         ("TypeError: Relay() takes no arguments", "class Relay:\n    pass", "", ""),
         (
             "UnboundLocalError: cannot access local variable 'high' where it is not associated with a value",
-            "def __init__(self):\n    high = 1.0\ndef check(self, params):\n    for each in params:\n        high = each",
+            "def __init__(self):\n    high = 1\ndef check(self, params):\n    for each in params:\n        high = each",
             "return high",
             "No line that sets `high` in this function has run yet: give it a value at the beginning.",
         ),
