@@ -101,6 +101,12 @@ def test_emergency_stop(motors: Motors, alone: Motors) -> None:
         motors.command(STOP, False)
         if motors.current() == STOPPED:
             raise Wrong(f"{STOP} with data False must end the stop; {motors.witness} says {quoted(motors.said())}.")
+        motors.command(STOP, True)
+        if motors.attempt(ENABLE, True) is not None and motors.attempt(STOP, False) and motors.current() == STOPPED:
+            raise Wrong(
+                f"One {STOP} with data False must end the stop, also when {ENABLE} was asked for meanwhile, which is "
+                f"refused; {motors.witness} says {quoted(motors.said())}."
+            )
         if motors.can_enable:
             motors.command(ENABLE, True)
             motors.expect(ENABLED, f"an emergency stop, its end, and then {ENABLE} with data True,")
@@ -254,7 +260,7 @@ def test_relay_answers(relay: Relay, motors: Motors, alone: Motors, halted: Moto
         )
     if relay.sum_in(response.message) is None:
         raise Wrong(
-            f"The message must contain the sum that {ADD} answered, not one that the relay computed: it is "
+            f"The message must contain the sum that {ADD} answered, with all digits, not one of the relay's own: it is "
             f"{masked(response.message)}.",
             f"answered {relay.adder.sums}",
         )
@@ -309,6 +315,8 @@ def test_changed_parameters(relay: Relay, rng: random.Random) -> None:
         ({"b": last_b}, (new_a, last_b)),
         ({"a": a}, (a, last_b)),
         ({"a": far, "b": last_b - far}, (far, last_b - far)),
+        ({"a": 0, "b": last_b}, (0, last_b)),
+        ({"a": 0, "b": 0}, (0, 0)),
     ]:
         relay.change(changed)
         shown_as = {0: " (to 0)", far: " (beyond 2**53)", last_b - far: " (beyond 2**53)"}

@@ -1443,6 +1443,32 @@ WRONG = {
         relay((SUCCESS, SUCCESS.replace("True", "answer.sum != -1"))),
         {"relay_answers"},
     ),
+    "relay takes 0 and 0 for parameters that are not set": (
+        relay(("not self.client.service_is_ready()", "not self.client.service_is_ready() or not (a or b)")),
+        {"changed_parameters"},
+    ),
+    "relay takes an a of 0 for 1": (
+        relay(("self.get_parameter('a').value,", "self.get_parameter('a').value or 1,")),
+        {"changed_parameters"},
+    ),
+    "a refused enable keeps the stop from ending at once": (
+        motors(
+            (
+                STOPS,
+                "        if not request.data and self.asked:\n            request.data, self.asked = True, False\n"
+                + STOPS,
+            ),
+            (
+                "        self.enabled = request.data and",
+                "        self.asked = request.data and self.stopped\n        self.enabled = request.data and",
+            ),
+            (
+                "self.create_service(SetBool, '/motors/em",
+                "self.asked = False\n        self.create_service(SetBool, '/motors/em",
+            ),
+        ),
+        {"emergency_stop"},
+    ),
     "relay shows the sum as a float": (relay(("{answer.sum}", "{float(answer.sum):.0f}")), {"relay_answers"}),
     "relay takes a parameter of 0 for none": (relay((ASK, ASK + "        b = b or 1\n")), {"changed_parameters"}),
     "relay gives up after 5 s": (
