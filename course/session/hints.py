@@ -373,6 +373,9 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     if not code or hidden_method(source) or called_callback(source):
         return ""
     kind = with_article(found[1])
+    properties = {each.name for each in functions(parse(source)) if "property" in map(name_of, each.decorator_list)}
+    if len(names) == 1 and (name := names[0].rpartition(".")[2]) in properties:
+        return f"`{name}` is a property: leave out the brackets, `{names[0]}`."
     if len(names) == 1:
         return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."
     return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
@@ -400,6 +403,16 @@ GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
 
 def _unbound(found: re.Match[str], source: str) -> str:
     name, tree = found[1], parse(source)
+    if any(name in map(name_of, getattr(each, "targets", [])) for each in tree.body):
+        return (
+            f"`{name}` is a variable of the whole text: a function that sets it begins with `global {name}`. "
+            f"In a node, keep it in `self.{name}`."
+        )
+    for outer in functions(tree):
+        inner = [each for each in functions(outer) if each is not outer and _stores(each, name)]
+        if inner and len(_stores(outer, name)) > sum(len(_stores(each, name)) for each in inner):
+            first = f"`nonlocal {name}`"
+            return f"`{name}` is a variable of `{outer.name}`: begin `{inner[0].name}`, which sets it, with {first}."
     if any(map(any, (_stores(function, name) for function in functions(tree)))):
         return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
     for each in ast.walk(tree):

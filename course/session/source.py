@@ -389,13 +389,16 @@ def spins_once(source: str) -> ast.Call | None:
 
 def hidden_method(source: str) -> tuple[str, int] | None:
     """Return the method that is hidden by an attribute, and the line: `self.enable = False` hides `def enable`."""
-    tree = parse(source)
-    stored = {
-        node.attr: node.lineno
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
-    }
-    return next(((each.name, stored[each.name]) for each in functions(tree) if each.name in stored), None)
+    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
+        stored = {
+            node.attr: node.lineno
+            for node in ast.walk(made)
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
+        }
+        for each in functions_of(made):
+            if each.name in stored and not each.decorator_list:
+                return each.name, stored[each.name]
+    return None
 
 
 def spins_a_class(source: str) -> tuple[str, str, int] | None:
@@ -415,9 +418,18 @@ def called_callback(source: str) -> tuple[str, int] | None:
     for name, where in CALLBACKS.items():
         for call in calls(tree, name):
             given = argument(call, *where)
-            if isinstance(given, ast.Call) and name_of(given.func) in own:
+            if not isinstance(given, ast.Call) or given.args or given.keywords:
+                continue  # what takes arguments may make the callback
+            if name_of(given.func) in own - _makers(tree):
                 return name_of(given.func), given.lineno
     return None
+
+
+def _makers(tree: ast.AST) -> set[str]:
+    """Return the names of the functions that make a function, and may return it."""
+    made = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+    found = functions(tree)
+    return {each.name for each in found if any(isinstance(node, made) for node in ast.walk(each) if node is not each)}
 
 
 def wrong_return(source: str) -> tuple[str, int, str] | None:

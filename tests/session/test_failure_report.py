@@ -40,6 +40,24 @@ METHOD_ASKED = """class A:
         if self.ready:
             return self.scan['front']
 """
+HIDES = "class A:\n    def __init__(self):\n        self.go = True\n    def go(self): pass"
+WITH_A_PROPERTY = """class A:
+    @property
+    def word(self):
+        return 'free'
+    def message(self):
+        response.message = self.word()
+"""
+MAKES_A_CALLBACK = """class A(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'enable', self.answer(None))
+    def answer(self, change):
+        def callback(request, response):
+            change(request)
+            return response
+        return callback
+"""
+UNBOUND = "UnboundLocalError: cannot access local variable"
 MARK = "Traceback (most recent call last):"
 SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
 def after(self, params):
@@ -253,10 +271,14 @@ def after(self, params):
             "resp",
         ),
         ("TypeError: A.go() takes 1 positional argument but 2 were given", "self.go(1)", "", ""),
-        ("TypeError: 'bool' object is not callable", "self.go = True\ndef go(self): pass", "", "the method `go`"),
+        ("TypeError: 'bool' object is not callable", HIDES, "", "the method `go`"),
+        ("TypeError: 'str' object is not callable", WITH_A_PROPERTY, "self.word()", "`word` is a property: leave"),
+        ("TypeError: 'NoneType' object is not callable", MAKES_A_CALLBACK, "change(request)", "`change` is None here"),
+        (f"{UNBOUND} 'x' where", "x = 1\ndef say():\n    if x: x = 2", "if x: x = 2", "begins with `global x`"),
+        (f"{UNBOUND} 'x' where", "def f():\n    x = 1\n    def g():\n        x += 1", "x += 1", "with `nonlocal x`"),
         ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, not a fun"),
         ("TypeError: 'NoneType' object is not callable", "", "self.ask(1)", "`self.ask` is None here"),
-        ("TypeError: 'bool' object is not callable", "self.go = 1\ndef go(self): pass", "self.go()", "the method `go`"),
+        ("TypeError: 'bool' object is not callable", HIDES, "self.go()", "the method `go`"),
         ("TypeError: 'int' object is not callable", "", "a(b(1))", "Something that is called in this line is an int"),
         (
             "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'float'>",
