@@ -138,7 +138,7 @@ class Guards:
                     "line."
                 )
                 original(node, executor)
-            elif getattr(node, "executor", None) is not None and executor is None:
+            elif _is_spun(node) and executor is None:
                 say(f"rclpy.spin('{name}') does nothing here: {SPUN}.")
             else:
                 say(
@@ -160,7 +160,7 @@ class Guards:
 
     def _spin_once(self, original: Callable[..., None]) -> Callable[..., None]:
         def spin_once(node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None) -> None:
-            if node.executor is None or executor is not None or not in_main_thread():
+            if not _is_spun(node) or executor is not None or not in_main_thread():
                 original(node, executor=executor, timeout_sec=timeout_sec)
                 return
             if (cell := (running_cell(), getattr(get_ipython(), "execution_count", 0))) != self._spun_once:
@@ -175,7 +175,7 @@ class Guards:
             node: Node, future: Future, executor: Executor | None = None, timeout_sec: float | None = None
         ) -> None:
             limit = float("inf") if timeout_sec is None or timeout_sec < 0 else timeout_sec
-            spun = node.executor is not None and executor is None
+            spun = _is_spun(node) and executor is None
             if spun and in_main_thread():
                 say(f"spin_until_future_complete is not needed here: {SPUN}. Write ros.wait(future).")
                 client = client_of(node, future)
@@ -190,7 +190,7 @@ class Guards:
                     "is busy with this callback. Make it `async def`, and write `await` before call_async(...)."
                 )
                 # No other executor spins it, so this waits, as it would in a program.
-                wait_until(lambda: future.done() or node.executor is None or not node.context.ok(), limit)
+                wait_until(lambda: future.done() or not _is_spun(node) or not node.context.ok(), limit)
                 return
             own = None
             if executor is None and node.context is not get_default_context():
@@ -288,6 +288,12 @@ def in_callback() -> bool:
 def in_main_thread() -> bool:
     """Return True in the main thread, in which cells run."""
     return threading.current_thread() is threading.main_thread()
+
+
+def _is_spun(node: Node) -> bool:
+    """Return True if an executor has this node; rclpy's node keeps the executor that it was removed from."""
+    executor = getattr(node, "executor", None)
+    return executor is not None and node in executor.get_nodes()
 
 
 def say(text: str) -> None:

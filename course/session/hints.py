@@ -567,10 +567,11 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
             "A file is a program of its own, without the session `ros`: its `main()` creates the node and spins it, "
             "and the file ends with `if __name__ == '__main__': main()`."
         )
+    owner = _holder(name, source)
     if re.search(rf"\bself\.{name}\b", source) and not _not_imported(name, source):
-        return f"An attribute of the node needs `self.`: write `self.{name}`."
+        return f"An attribute of the node needs `{owner}.`: write `{owner}.{name}`."
     if name in methods(source):
-        return f"`{name}` is a method of the node: write `self.{name}`."
+        return f"`{name}` is a method of the node: write `{owner}.{name}`."
     for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`
         if not path.stem.isidentifier():
             continue
@@ -585,6 +586,28 @@ def _own_attribute(found: re.Match[str], source: str) -> str:
                 f"`ros.start('{path.name}')`."
             )
     return ""
+
+
+def _after_the_shutdown(source: str) -> str:
+    """Return the hint on a node that is used when a program, which calls `init`, has shut rclpy down, or ''."""
+    ends = [call for name in ("shutdown", "try_shutdown") for call in calls(parse(source), name)]
+    if not ends or not list(calls(parse(source), "init")):
+        return ""
+    return f"`{ast.unparse(ends[0])}` in line {ends[0].lineno} has already run: call it when all is done."
+
+
+def _holder(name: str, source: str) -> str:
+    """Return what holds the node where a name of it is used alone: `self`, or a variable of a function such as main."""
+    tree = parse(source)
+    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for function in functions(tree):
+        inside = [*ast.walk(function)]
+        if "self" in (each.arg for each in function.args.args) or name not in map(name_of, inside):
+            continue
+        for node in inside:
+            if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) in classes:
+                return ast.unparse(node.targets[0])
+    return "self"
 
 
 def _still_none(found: re.Match[str], source: str, code: str) -> str:
@@ -831,6 +854,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
         _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
     ),
+    (r"rcl node's context is invalid", lambda found, source: _after_the_shutdown(source)),
     (
         r"NotInitializedException|rcl node's context is invalid|rclpy\.init\(\) has not been called",
         _says("`rclpy.init()` must be called before a node is made."),

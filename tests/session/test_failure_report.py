@@ -57,6 +57,8 @@ MAKES_A_CALLBACK = """class A(Node):
             return response
         return callback
 """
+CALLS_ALONE = "class A(Node):\n    def call(self): pass\ndef main():\n    node = A()\n    call(1)"
+ENDS_EARLY = "rclpy.init()\nnode = A()\nrclpy.shutdown()\nnode.call()"
 UNBOUND = "UnboundLocalError: cannot access local variable"
 MARK = "Traceback (most recent call last):"
 SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
@@ -274,6 +276,9 @@ def after(self, params):
         ("TypeError: 'bool' object is not callable", HIDES, "", "the method `go`"),
         ("TypeError: 'str' object is not callable", WITH_A_PROPERTY, "self.word()", "`word` is a property: leave"),
         ("TypeError: 'NoneType' object is not callable", MAKES_A_CALLBACK, "change(request)", "`change` is None here"),
+        ("NameError: name 'call' is not defined", CALLS_ALONE, "", "`call` is a method of the node: write `node.call`"),
+        ("RCLError: rcl node's context is invalid", ENDS_EARLY, "", "`rclpy.shutdown()` in line 3 has already"),
+        ("RCLError: rcl node's context is invalid", "Node('a')", "", "`rclpy.init()` must be called"),
         (f"{UNBOUND} 'x' where", "x = 1\ndef say():\n    if x: x = 2", "if x: x = 2", "begins with `global x`"),
         (f"{UNBOUND} 'x' where", "def f():\n    x = 1\n    def g():\n        x += 1", "x += 1", "with `nonlocal x`"),
         ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, not a fun"),

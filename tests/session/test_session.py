@@ -16,6 +16,7 @@ from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -247,6 +248,25 @@ def test_a_constructor_may_spin_until_an_answer_is_there(session, capsys):
     node = session.start(Asking).node
     assert node.answer == 3
     assert session.until(lambda: node.ticks > 2)
+    assert capsys.readouterr().err == ""
+
+
+def test_a_node_that_nothing_spins_may_be_spun_again_and_again(session, capsys):
+    session.start(Adder)
+    node = Node("alone", context=session.context)
+    try:
+        client = node.create_client(AddTwoInts, "/add")
+        assert client.wait_for_service(timeout_sec=5.0)
+        for a in (1, 2):
+            future = client.call_async(AddTwoInts.Request(a=a, b=2))
+            rclpy.spin_until_future_complete(node, future, SingleThreadedExecutor(context=session.context), 5.0)
+            assert node.executor is not None  # rclpy keeps it
+            assert future.done() and future.result().sum == a + 2
+            future = client.call_async(AddTwoInts.Request(a=a, b=3))
+            rclpy.spin_until_future_complete(node, future, timeout_sec=5.0)
+            assert future.done() and future.result().sum == a + 3
+    finally:
+        node.destroy_node()
     assert capsys.readouterr().err == ""
 
 
