@@ -20,6 +20,7 @@ from rclpy.node import Node
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation import processes
+from course.foundation.processes import processor_time
 from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
 from course.ros.rclpy_internals import GoalFault, NoResult, is_initialized, is_watched
@@ -41,6 +42,7 @@ from course.session.table import Row
 from course.session.watch import Handle, Watch
 
 PATIENCE = 5.0  # s without a node, after which the reader is told what the program is doing
+MAKING = 1.0  # s of a processor that a program may use, once its node is there, before it is said to run
 USUAL = 20.0  # s that a program may take for its first node; more means that it computes for long
 ASKED = 1.0  # s for a program to return its parameters
 OF_NO_INTEREST = (*PARAMETERS_OF_EVERY_NODE, "qos_overrides.")  # prefixes of parameters that nobody sets by hand
@@ -424,6 +426,14 @@ class StartedNodes:
             self._replace(base(node), process)
             self._logs.forget(base(node), process.started)  # of one that was stopped before
         self._presence.settle(process, served)
+
+        spent = processor_time(process.pid)
+
+        def made() -> bool:  # its node is there before the rest of its constructor has run, which may raise
+            raises = "Traceback (most recent" in process.output
+            return not process.alive or (process.asleep and not raises) or processor_time(process.pid) - spent > MAKING
+
+        wait_until(made, PATIENCE, alert=False)
         self._publishing.publish()
         if process.died and process.returncode:
             raise self._failed(process)

@@ -104,6 +104,24 @@ def test_a_constructor_that_does_not_return_is_told_with_its_line(session, monke
     assert "The `__init__` of Late has not returned after 0.2 s" in told and "the cell, line 4, in __init__" in told
 
 
+DIES_WHEN_ITS_NODE_IS_THERE = """import rclpy
+from rclpy.node import Node
+class Slow(Node):
+    def __init__(self):
+        super().__init__("slow")
+        sum(number * number for number in range(3_000_000))
+        self.nonsense()
+rclpy.init()
+rclpy.spin(Slow())
+"""
+
+
+def test_a_constructor_that_raises_when_its_node_is_there_is_the_answer_to_the_start(session, tmp_path):
+    (tmp_path / "slow.py").write_text(DIES_WHEN_ITS_NODE_IS_THERE)
+    with pytest.raises(NodeFailed, match=r"'Slow' object has no attribute 'nonsense'"):
+        session.start(tmp_path / "slow.py")
+
+
 def test_a_recorder_of_parameters_that_a_restart_leaves_behind(session):
     handle = session.start(Motor, "left")
     session.restart("motor")
