@@ -4,6 +4,7 @@ Nothing is run or stored elsewhere: a notebook file contains the outputs of its 
 """
 
 import html
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -129,7 +130,7 @@ def _missing(path: Path) -> str:
 def parts(section: str, known: list[Cell], folder: Path) -> Progress:
     """Return the parts of one section from the cells of its notebook, and the files that they have written to `folder`.
 
-    A check judges the files of all cells above it, so it says nothing about a cell that was edited and not run since.
+    A check judges files of cells above it, so it says nothing about a cell that was edited and not run since.
     It does say something about a file that was edited elsewhere, if it passed for that very text.
     """
     differ = unlike(folder, [cell for cell in known if cell.solution])
@@ -166,13 +167,22 @@ def _points(cell: Cell) -> float:
     return float(points) if isinstance(points, (int, float)) else 0.0
 
 
+def _judged_by(cell: Cell, before: list[Cell]) -> list[str]:
+    """Return the files of the cells above that a check names, and those that they use; all of them if it names none."""
+    texts = {name: above.source for above in before if (name := written_by(above))}
+    used = [name for name in texts if name in cell.source]
+    for name in used:  # which grows meanwhile
+        used += [each for each in texts if each not in used and re.search(rf"\b{Path(each).stem}\b", texts[name])]
+    return [name for name in texts if name in used] or [*texts]
+
+
 def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
         return ANSWERED if _answered(cell) else "not answered"
     if cell.count is None:
         return "not run"
-    files = [name for above in before if (name := written_by(above))]
+    files = _judged_by(cell, before)
     judged, passed = file_record.judged(folder, cell.name), file_record.checked(folder, cell.name)
     if judged.keys() >= {*files}:  # the numbers of the cells say nothing: another kernel may have run some of them
         written = [name for name in files if judged[name] != file_record.digest_of(folder / name)]

@@ -99,6 +99,20 @@ def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, 
     assert progress(tmp_path).summary.startswith("0 of 2 parts done")
 
 
+@pytest.mark.parametrize(
+    ("user", "state"),
+    [("y = 1\n", "passed"), ("from a import x\n", "changed since the check: a.py")],
+)
+def test_a_check_that_names_a_file_depends_on_that_and_what_it_uses(section, tmp_path, user, state):
+    named = check(count=4) | {"source": "judge('user.py')"}
+    user_cell = answer(3) | {"source": f"%%exercise user.py\n{user}"}
+    section("services", written("x = 2\n"), user_cell, named)
+    (tmp_path / "services" / "user.py").write_text(user)
+    assert [part.state for part in progress(tmp_path)] == [state]
+    (tmp_path / "services" / "a.py").unlink()
+    assert [part.state for part in progress(tmp_path)] == [state]
+
+
 def test_points_are_those_of_the_cells_and_are_promised_to_nobody(section, tmp_path):
     section("services", check("relay", points=8), check("motor", count=None, points=12), question("It blocks."))
     told = progress(tmp_path)

@@ -621,6 +621,22 @@ def each_night(*case: str):
             ", and said stops=[], floor=0, as an empty Lift.Result() does",
         ),
         each_night(
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "'right': (-80, -40)",
+            "'right': (-60, -40)",
+            "a wall on the right, the nearest point 0.7 m away at -75 degrees: it must be told (0.3, -0.15)",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "if param.name == 'ki' and param.value != self.ki:",
+            "if param.name in ('kp', 'kd') or (param.name == 'ki' and param.value != self.ki):",
+            "must leave the integral alone",
+        ),
+        each_night(
             "actions",
             "lift-server",
             "lift_server.py",
