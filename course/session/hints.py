@@ -677,6 +677,10 @@ def _not_declared(found: re.Match[str], source: str) -> str:
         )
     tree = parse(source)
     declared = [call.lineno for call in calls(tree, "declare_parameter") if _names(call, found[1])]
+    for made in (each for each in functions(tree) if each.name == "__init__" and declared):
+        for read in calls(made, "get_parameter"):
+            if _names(read, found[1]) and made.lineno < read.lineno < declared[0]:
+                return f"Line {read.lineno} reads '{found[1]}', which line {declared[0]} declares: declare it before."
     for call in calls(tree, "add_on_set_parameters_callback"):
         if declared and call.lineno < declared[0]:
             return (
@@ -684,6 +688,17 @@ def _not_declared(found: re.Match[str], source: str) -> str:
                 "declared. Register it after the declarations, or let it read only parameters that it is given."
             )
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+
+
+def _beam(found: re.Match[str], source: str, code: str) -> str:
+    if "ranges[" not in code or ".ranges" not in code + source:
+        return ""
+    return "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment."
+
+
+def _hidden_property(found: re.Match[str], source: str) -> str:
+    hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
+    return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
 
 
 def _names(call: ast.Call, name: str) -> bool:
@@ -926,6 +941,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"ParameterNotDeclaredException: .*: (\w+)", _not_declared),
     (
+        r"The given value is not one of the allowed types '?rcl_interfaces\.msg\.(?:\w+\.)*ParameterDescriptor",
+        _says("The default comes before the descriptor: `declare_parameter('kp', 1.0, ParameterDescriptor(...))`."),
+    ),
+    (
         r"The given value is not one of the allowed types",
         _says(
             "A parameter is a bool, an int, a float, a str, bytes, or a list of one of the first four: convert the "
@@ -987,6 +1006,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says(
             "The number does not fit the field: an `int32`, for example, holds up to 2147483647. Refuse such a request."
         ),
+    ),
+    (r"'method' object is not iterable", _hidden_property),
+    (
+        r"'Parameter' object is not subscriptable|cannot unpack non-iterable Parameter object",
+        _says("A Parameter is an object: its name is `.name`, and its value is `.value`."),
     ),
     (
         r"'Parameter' object is not iterable",
@@ -1054,9 +1078,9 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         "In a notebook, write `await` itself in the cell.",
     ),
     (
-        r"^IndexError",
-        r"ranges\[",
-        "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment.",
+        r"'str' object cannot be interpreted as an integer",
+        r"sleep\(",
+        "Seconds are a number, not text: convert it with `float(...)`.",
     ),
     (
         r"incompatible function arguments",
@@ -1066,6 +1090,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
+    (r"^IndexError", _beam),
     (NO_TEXT, _sent),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),

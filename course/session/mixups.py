@@ -97,13 +97,13 @@ def not_a_future(found: re.Match[str], source: str) -> str:
     """Return the hint on a response, or something else, where a future is needed."""
     if "'GoalRecorder'" in found[0]:
         return "A recorder is not a future: its `wait_end()` waits for the end of its goal."
+    if "GoalHandle'" in found[0]:
+        return "A goal handle is not a future: `ros.wait(handle.get_result_async())` waits for the end of its goal."
     what = f"the response of {found[1]}" if found[1] else "something else"
     if not re.search(r"\bros\.\w", source):
         return f"A future is needed here, such as that of `client.call_async(...)`, and this is {what}."
-    return (
-        f"`ros.wait(...)` takes a future, such as that of `client.call_async(...)`, and gets {what}. `ros.call(...)` "
-        "has waited already, and returns the response itself."
-    )
+    waited = " `ros.call(...)` has waited already, and returns the response itself." if "ros.call(" in source else ""
+    return f"`ros.wait(...)` takes a future, such as that of `client.call_async(...)`, and gets {what}.{waited}"
 
 
 def hidden_by_file(found: re.Match[str], source: str) -> str:

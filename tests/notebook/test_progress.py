@@ -100,8 +100,7 @@ def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, 
 
 
 @pytest.mark.parametrize(
-    ("user", "state"),
-    [("y = 1\n", "passed"), ("from a import x\n", "changed since the check: a.py")],
+    ("user", "state"), [("y = 1\n", "passed"), ("from a import x\n", "changed since the check: a.py")]
 )
 def test_a_check_that_names_a_file_depends_on_that_and_what_it_uses(section, tmp_path, user, state):
     named = check(count=4) | {"source": "judge('user.py')"}
