@@ -677,12 +677,11 @@ def _not_declared(found: re.Match[str], source: str) -> str:
         )
     tree = parse(source)
     declared = [call.lineno for call in calls(tree, "declare_parameter") if _names(call, found[1])]
-    for made in (each for each in functions(tree) if each.name == "__init__" and declared):
-        for read in calls(made, "get_parameter"):
-            if _names(read, found[1]) and made.lineno < read.lineno < declared[0]:
-                return f"Line {read.lineno} reads '{found[1]}', which line {declared[0]} declares: declare it before."
+    made = [each for each in functions(tree) if each.name == "__init__"]
+    read = [call.lineno for each in made for call in calls(each, "get_parameter") if _names(call, found[1])]
+    early = bool(declared) and any(line < declared[0] for line in read)
     for call in calls(tree, "add_on_set_parameters_callback"):
-        if declared and call.lineno < declared[0]:
+        if declared and call.lineno < declared[0] and not early:
             return (
                 f"Each declaration calls the callback that line {call.lineno} registers, also before '{found[1]}' is "
                 "declared. Register it after the declarations, or let it read only parameters that it is given."

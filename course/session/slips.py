@@ -12,6 +12,7 @@ from course.session.source import (
     bare_statements,
     calls,
     functions,
+    functions_of,
     name_of,
     named,
     parameter_callbacks,
@@ -69,10 +70,9 @@ def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield methods used without a call as a condition: `if self.is_fresh:`."""
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-        own = {each.name for each in functions(cls) if not each.decorator_list}
-        stored = {
-            node.attr for node in ast.walk(cls) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
-        }
+        own = {each.name for each in functions_of(cls) if not each.decorator_list}
+        nodes = (node for node in ast.walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
+        stored = {name_of(node) for node in nodes if isinstance(node.ctx, ast.Store)}
         for node in ast.walk(cls):
             for asked in _asked(node):
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
@@ -126,12 +126,18 @@ def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Ite
 
 
 def _asked(node: ast.AST) -> list[ast.expr]:
-    """Return the expressions that a node uses as conditions."""
+    """Return the expressions that a node uses as conditions; of `a or b` alone, only the first is one."""
     if isinstance(node, (ast.If, ast.While, ast.IfExp)):
-        return [node.test]
+        return _conditions(node.test)
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        return [node.operand]
-    return node.values if isinstance(node, ast.BoolOp) else []
+        return _conditions(node.operand)
+    return [each for value in node.values[:-1] for each in _conditions(value)] if isinstance(node, ast.BoolOp) else []
+
+
+def _conditions(test: ast.expr) -> list[ast.expr]:
+    if isinstance(test, ast.BoolOp):
+        return [each for value in test.values for each in _conditions(value)]
+    return [test]
 
 
 def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:

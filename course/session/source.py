@@ -78,10 +78,23 @@ def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]
 
 
 def named(tree: ast.AST, names: Collection[str]) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
-    """Yield the functions of these names, but not of a name that several have: a callback may be any of them."""
+    """Yield the functions of these names, but not of a name that several have: a callback may be any of them.
+
+    What a decorator makes of a function is not known, so those that have one are left out, too.
+    """
     found = [*functions(tree)]
     count = Counter(function.name for function in found)
-    return (function for function in found if function.name in names and count[function.name] == 1)
+    plain = (function for function in found if not function.decorator_list)
+    return (function for function in plain if function.name in names and count[function.name] == 1)
+
+
+def inside(function: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a function, without those of the functions inside it."""
+    todo = [*ast.iter_child_nodes(function)]
+    for node in todo:  # which grows meanwhile
+        yield node
+        if not isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)):
+            todo += ast.iter_child_nodes(node)
 
 
 def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
@@ -443,11 +456,11 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         for call in calls(tree, "create_service")
     }
     for function in named(tree, service_callbacks(tree)):
-        returned = [node.value for node in ast.walk(function) if isinstance(node, ast.Return) and node.value]
+        returned = [node.value for node in inside(function) if isinstance(node, ast.Return) and node.value]
         if not returned:
             return function.name, function.lineno, ""
         response = function.args.args[-1].arg if function.args.args else ""
-        bare = [node.lineno for node in ast.walk(function) if isinstance(node, ast.Return) and node.value is None]
+        bare = [node.lineno for node in inside(function) if isinstance(node, ast.Return) and node.value is None]
         if bare or _runs_out(function.body):
             return function.name, (bare or [function.lineno])[0], ""
         request = "".join(each.arg for each in function.args.args[-2:-1] if each.arg != "self")
@@ -560,7 +573,7 @@ def wrong_cancel(source: str) -> tuple[str, int, str] | None:
 def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | None:
     """Return the first function of these names that returns nothing, a constant or a truth value."""
     for function in named(tree, names):
-        for node in ast.walk(function):
+        for node in inside(function):
             if isinstance(node, ast.Return) and (node.value is None or _is_plain(node.value)):
                 return function.name, node.lineno, ast.unparse(node.value) if node.value else ""
         if _runs_out(function.body):
@@ -580,8 +593,10 @@ def _runs_out(body: list[ast.stmt]) -> bool:
     last = body[-1]
     if isinstance(last, ast.If):
         return not last.orelse or _runs_out(last.body) or _runs_out(last.orelse)
-    if isinstance(last, ast.With):
+    if isinstance(last, (ast.With, ast.AsyncWith)):
         return _runs_out(last.body)
+    if isinstance(last, (ast.For, ast.AsyncFor)) and last.orelse:
+        return any(isinstance(node, ast.Break) for node in inside(last)) or _runs_out(last.orelse)
     if isinstance(last, ast.Try):
         ends = [last.orelse or last.body, *(handler.body for handler in last.handlers)]
         return _runs_out(last.finalbody or [ast.Pass()]) and any(map(_runs_out, ends))
@@ -590,7 +605,7 @@ def _runs_out(body: list[ast.stmt]) -> bool:
 
 def may_return_nothing(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Return True if the end of a function may be reached without a `return` with a value."""
-    returned = [node for node in ast.walk(function) if isinstance(node, ast.Return)]
+    returned = [node for node in inside(function) if isinstance(node, ast.Return)]
     return _runs_out(function.body) or any(node.value is None for node in returned)
 
 
@@ -654,7 +669,7 @@ def empty_executor(source: str) -> tuple[str, int] | None:
 def timer_in_a_callback(source: str) -> tuple[str, int] | None:
     """Return a callback that makes one more timer at each call, and the line of `create_timer`; None if none does."""
     tree = parse(source)
-    if list(calls(tree, "cancel")) or list(calls(tree, "destroy_timer")):
+    if any(next(calls(tree, name), None) for name in ("cancel", "destroy", "destroy_timer")):
         return None
     makers = ("create_subscription", "create_timer", "create_service")
     names = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
@@ -662,10 +677,8 @@ def timer_in_a_callback(source: str) -> tuple[str, int] | None:
         for statement in function.body:
             if any(isinstance(node, (ast.Return, ast.Raise)) for node in ast.walk(statement)):
                 break  # what follows may run only once
-            made = (
-                next(calls(statement, "create_timer"), None) if isinstance(statement, (ast.Assign, ast.Expr)) else None
-            )
-            if made:
+            made = statement.value if isinstance(statement, (ast.Assign, ast.Expr)) else None
+            if isinstance(made, ast.Call) and name_of(made.func) == "create_timer":
                 return function.name, made.lineno
     return None
 
@@ -716,13 +729,10 @@ def wrong_range(source: str) -> tuple[int, str, str, str] | None:
     Its line, its name (as written), and the fields of the descriptor that it has and needs; None if there is none.
     """
     tree = parse(source)
-    made = {
-        name_of(target): node.value
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
-        for target in node.targets
-    }
+    stored = sorted((node for node in ast.walk(tree) if isinstance(node, ast.Assign)), key=lambda node: node.lineno)
     for call in calls(tree, "declare_parameter"):
+        before = (node for node in stored if node.lineno < call.lineno)
+        made = {name_of(target): node.value for node in before for target in node.targets}  # the last of a name
         name, default = argument(call, 0, "name"), argument(call, 1, "value")
         described = argument(call, 2, "descriptor")
         described = made.get(name_of(described), described)

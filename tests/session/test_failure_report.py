@@ -64,6 +64,7 @@ READS_EARLY = """def __init__(self):
     self.ki = self.get_parameter('ki').value
     self.declare_parameter('ki', 0.0)
 """
+HIDES_TIMERS = "class A(Node):\n    def timers(self): pass"
 UNBOUND = "UnboundLocalError: cannot access local variable"
 MARK = "Traceback (most recent call last):"
 SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
@@ -284,7 +285,7 @@ def after(self, params):
         ("NameError: name 'call' is not defined", CALLS_ALONE, "", "`call` is a method of the node: write `node.call`"),
         ("RCLError: rcl node's context is invalid", ENDS_EARLY, "", "`rclpy.shutdown()` in line 3 has already"),
         ("RCLError: rcl node's context is invalid", "Node('a')", "", "`rclpy.init()` must be called"),
-        ("ParameterNotDeclaredException: ('Invalid', []): ki", READS_EARLY, "", "Line 3 reads 'ki', which line 4"),
+        ("ParameterNotDeclaredException: ('Invalid', []): ki", READS_EARLY, "", "Declare it in `__init__`, before"),
         ("IndexError: list index out of range", "ranges = [1.0]", "most = ranges[i]", ""),
         (
             "TypeError: The given value is not one of the allowed types 'rcl_interfaces.msg.ParameterDescriptor()'",
@@ -292,10 +293,10 @@ def after(self, params):
             "",
             "The default comes before the descriptor",
         ),
-        ("TypeError: 'Parameter' object is not subscriptable", "", "p['name']", "A Parameter is an object: its name is"),
+        ("TypeError: 'Parameter' object is not subscriptable", "", "p[0]", "A Parameter is an object: its name is"),
         ("TypeError: cannot unpack non-iterable Parameter object", "", "", "A Parameter is an object: its name is"),
-        ("TypeError: 'str' object cannot be interpreted as an integer", "", "time.sleep(s)", "Seconds are a number, not"),
-        ("TypeError: 'method' object is not iterable", "class A(Node):\n    def timers(self): pass", "", "The method `timers`"),
+        ("TypeError: 'str' object cannot be interpreted as an integer", "", "time.sleep(s)", "Seconds are a number"),
+        ("TypeError: 'method' object is not iterable", HIDES_TIMERS, "", "The method `timers`"),
         (f"{UNBOUND} 'x' where", "x = 1\ndef say():\n    if x: x = 2", "if x: x = 2", "begins with `global x`"),
         (f"{UNBOUND} 'x' where", "def f():\n    x = 1\n    def g():\n        x += 1", "x += 1", "with `nonlocal x`"),
         ("TypeError: 'str' object is not callable", "", "sectors = look(scan)", "`look` is a str here, not a fun"),

@@ -212,6 +212,9 @@ def test_a_node_spins_only_once_the_session_has_its_handle(session, monkeypatch)
         ("return True", ("allow", 7, "True")),
         ("return handle.is_active and not self.blocked", ("allow", 7, "handle.is_active and (not self.blocked)")),
         ("return handle and CancelResponse.ACCEPT or CancelResponse.REJECT", None),
+        ("is_this = lambda goal: goal == handle; return CancelResponse.ACCEPT", None),
+        ("def is_this(goal):\n            return goal == handle\n        return CancelResponse.ACCEPT", None),
+        ("for each in self.goals:\n            pass\n        else:\n            return CancelResponse.ACCEPT", None),
         ("self.get_logger().info('cancel')", ("allow", 6, "")),
     ],
 )
