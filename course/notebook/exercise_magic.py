@@ -19,8 +19,9 @@ from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
 from course.interfaces import InterfaceError, build
 from course.interfaces.kept import keep, packages
+from course.notebook import file_record
 from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
-from course.notebook.file_differences import edited_elsewhere, last_written, remember, remember_refused
+from course.notebook.file_differences import last_written, only_in_the_file, remember, remember_refused
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
 
@@ -93,11 +94,11 @@ def _content(path: Path) -> bytes | None:
 def _write(path: Path, cell: str) -> None:
     """Write the cell's file atomically, so that the old one is kept if the disk is full.
 
-    A text that no cell has written is kept in a copy, which the reader is told.
+    A text that is nowhere else is kept in a copy, which the reader is told.
     """
-    copy = None
+    copy, by_a_cell = None, file_record.written(path.parent).get(path.name) == file_record.digest_of(path)
     try:
-        if (present := edited_elsewhere(path, cell)) is not None:
+        if (present := only_in_the_file(path, cell)) is not None:
             copy = keep_copy(path.parent, path.name, present, "edited")
         storage.replace(path, cell.encode("utf-8", errors="replace"))
     except IsADirectoryError:
@@ -113,10 +114,8 @@ def _write(path: Path, cell: str) -> None:
         ) from None
     remember(path, cell)
     if copy:
-        print(
-            f"note: {path.name} had been edited outside of this cell: what it contained is now in {copy.name}.",
-            file=sys.stderr,
-        )
+        what = "a later text than the cell has now" if by_a_cell else "been edited outside of this cell"
+        print(f"note: {path.name} had {what}: what it contained is now in {copy.name}.", file=sys.stderr)
 
 
 def _tell_of_others(path: Path) -> None:

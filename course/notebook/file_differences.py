@@ -58,6 +58,7 @@ def differences(folder: Path = Path()) -> dict[str, str]:
 EDITED = "edited since it was run: run its cell"
 REPLACES = "running the cell replaces the file, and keeps a copy of it"
 FILE_EDITED = f"the file was edited, its cell was not: copy the change into the cell ({REPLACES})"
+CELL_OLDER = f"the file is newer: its cell has an earlier text. Copy the file's text into the cell ({REPLACES})"
 BOTH_EDITED = f"the file was edited, and its cell, too: copy the file's change into the cell ({REPLACES})"
 DIFFERS = "differs from its cell: since the cell was run, the cell or the file was edited"
 NOT_WRITTEN = "not written yet: run its cell"
@@ -84,8 +85,8 @@ def _unlike(file: Path, cell: cells.Cell, last: str) -> str:
         return NOT_WRITTEN
     if not last:
         return DIFFERS
-    if now == last:
-        return EDITED
+    if now == last:  # a page that was loaded again may show a cell as it was saved before
+        return CELL_OLDER if wanted in file_record.earlier(file.parent, file.name) else EDITED
     return FILE_EDITED if wanted == last else BOTH_EDITED
 
 
@@ -97,14 +98,23 @@ def refused(cell: cells.Cell) -> str:
     return ""
 
 
-def edited_elsewhere(file: Path, content: str) -> bytes | None:
-    """Return what `file` holds if that is neither `content` nor what a cell wrote to it before; else None."""
+def only_in_the_file(file: Path, content: str) -> bytes | None:
+    """Return what `file` holds if writing `content` would lose it; else None.
+
+    That is a text that no cell wrote, and one that a cell wrote, if the cell has an earlier text again and no saved
+    notebook has the later one.
+    """
     try:
         present = read_regular(file, cells.MOST)
     except (OSError, ValueError):
         return None
     saved = [cells.exercise_file(known, file.name) for _, known in cells.readable(sorted(file.parent.glob("*.ipynb")))]
-    ours = present in (content.encode("utf-8", errors="replace"), last_written(file), *saved)
+    new = content.encode("utf-8", errors="replace")
+    if present in (new, *saved):
+        return None
+    if file_record.digest(new) in file_record.earlier(file.parent, file.name):
+        return present
+    ours = present == last_written(file)
     return None if ours or file_record.written(file.parent).get(file.name) == file_record.digest(present) else present
 
 

@@ -12,7 +12,8 @@ from course.foundation import cells, storage
 from course.foundation.untrusted import read_regular
 
 RECORD = ".exercise.json"
-WRITTEN, JUDGED, CHECKED = "written", "judged", "checked"
+WRITTEN, EARLIER, JUDGED, CHECKED = "written", "earlier", "judged", "checked"
+KEPT = 100  # earlier texts of a file that the record knows
 
 
 def digest(content: bytes) -> str:
@@ -32,6 +33,13 @@ def written(folder: Path) -> dict[str, str]:
     return _texts(_record(folder).get(WRITTEN))
 
 
+def earlier(folder: Path, name: str) -> list[str]:
+    """Return the digests of what cells wrote to a file of `folder` before they last wrote to it."""
+    known = _record(folder).get(EARLIER)
+    found = known.get(name) if isinstance(known, dict) else None
+    return [each for each in found if isinstance(each, str)] if isinstance(found, list) else []
+
+
 def judged(folder: Path, check: str) -> dict[str, str]:
     """Return the digest that each file had when the check called `check` last ran in `folder`."""
     return _of_check(folder, JUDGED, check)
@@ -49,7 +57,11 @@ def _of_check(folder: Path, kind: str, check: str) -> dict[str, str]:
 
 def note_written(file: Path, content: bytes) -> None:
     """Note that a cell has written `content` to `file`."""
-    _note(file.parent, WRITTEN, file.name, digest(content))
+    before, now = written(file.parent).get(file.name), digest(content)
+    if before and before != now:
+        known = [each for each in earlier(file.parent, file.name) if each not in (before, now)]
+        _note(file.parent, EARLIER, file.name, [*known, before][-KEPT:])
+    _note(file.parent, WRITTEN, file.name, now)
 
 
 def note_checked(folder: Path, check: str, files: list[str], *, passed: bool) -> None:

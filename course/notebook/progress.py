@@ -13,7 +13,7 @@ from course.errors import UnreadableNotebook
 from course.foundation import cells
 from course.foundation.cells import PASSED, STUB, Cell
 from course.notebook import file_record
-from course.notebook.file_differences import FILE_EDITED, refused, unlike, written_by
+from course.notebook.file_differences import CELL_OLDER, FILE_EDITED, refused, unlike, written_by
 
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
@@ -197,6 +197,6 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
         name
         for name in files
         if (why := differ.get(name))
-        if why != FILE_EDITED or passed.get(name) != file_record.digest_of(folder / name)
+        if why not in (FILE_EDITED, CELL_OLDER) or passed.get(name) != file_record.digest_of(folder / name)
     ]
     return f"{CHANGED}: {changed[0]}" if changed else PASSED

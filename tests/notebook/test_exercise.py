@@ -141,7 +141,7 @@ def test_an_edited_interface_does_not_end_the_kernel(kernel):
     kernel.run(SERVER.format(sign="+"))
     assert kernel.run("from my_package.srv import Ask\nprint(ros.call('ask', Ask, a=5).b)") == "6"
     kernel.run("%%exercise Ask.srv\nint32 a\nstring why\n---\nstring reason\nint32 b\n")
-    assert kernel.run(SERVER.format(sign="-")) == "server.py: written, running as /asked"
+    assert kernel.run(SERVER.format(sign="-")).endswith("server.py: written, running as /asked")
     assert kernel.run("from my_package.srv import Ask\nprint(ros.call('ask', Ask, a=5, why='?').b)") == "4"
 
 
@@ -271,7 +271,18 @@ def test_what_was_edited_outside_of_a_cell_is_kept_when_the_cell_runs(kernel):
     (kernel.folder / "Own.srv").write_text("int64 a\n---\n")
     assert "Own.edited-1.srv" in kernel.run("%%exercise Own.srv\nint32 a\n---\n")
     assert (kernel.folder / "Own.edited-1.srv").read_text() == "int64 a\n---\n"
-    assert sorted(path.name for path in kernel.folder.glob("*.edited-*")) == ["Own.edited-1.srv", "mine.edited-1.py"]
+    assert sorted(path.name for path in kernel.folder.glob("[Om]*.edited-*")) == [
+        "Own.edited-1.srv",
+        "mine.edited-1.py",
+    ]
+
+
+def test_a_cell_with_an_earlier_text_keeps_the_later_one_of_its_file(kernel):
+    for text in ("A = 1", "A = 2"):
+        assert kernel.run(f"%%exercise again.py --no-start\n{text}\n") == "again.py: written"
+    out = kernel.run("%%exercise again.py --no-start\nA = 1\n")
+    assert "again.py had a later text than the cell has now: what it contained is now in again.edited-1.py." in out
+    assert (kernel.folder / "again.edited-1.py").read_text() == "A = 2\n"
 
 
 def test_a_file_that_was_edited_is_not_written_over_when_no_copy_can_be_kept(tmp_path, monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 from course.foundation import cells
 from course.notebook.file_differences import (
     BOTH_EDITED,
+    CELL_OLDER,
     DIFFERS,
     EDITED,
     FILE_EDITED,
@@ -15,6 +16,7 @@ from course.notebook.file_differences import (
     REFUSED,
     difference_of,
     differences,
+    only_in_the_file,
     remember,
     remember_refused,
     unlike,
@@ -112,6 +114,22 @@ def test_a_file_that_was_edited_is_told_from_a_cell_that_was(folder):
     assert unlike(folder, known)["server.py"] == BOTH_EDITED
     (folder / ".exercise.json").write_text('["damaged"]')
     assert unlike(folder, known)["server.py"] == DIFFERS
+
+
+def test_a_cell_that_has_an_earlier_text_than_its_file_is_told_so_and_its_file_is_kept(folder):
+    """As when a page is loaded again, and the notebook had not been saved since the cell was run."""
+    known, file, later = cells.read(folder / "section.ipynb"), folder / "server.py", "print('later')\n"
+    earlier = file.read_text()
+    for text in (earlier, later):
+        file.write_text(text)
+        remember(file, text)
+    assert unlike(folder, known)["server.py"] == CELL_OLDER
+    assert only_in_the_file(file, earlier) == later.encode()
+    assert only_in_the_file(file, "print('new')\n") is None
+    (folder / "saved.ipynb").write_text(
+        json.dumps({"cells": [{"cell_type": "code", "metadata": {}, "source": f"%%exercise server.py\n{later}"}]})
+    )
+    assert only_in_the_file(file, earlier) is None
 
 
 def test_a_cell_with_an_error_has_written_nothing(folder):
