@@ -14,11 +14,13 @@ import pytest
 
 from autograder import cli
 from autograder.errors import UsageError
+from autograder.paths import repository
 from autograder.results import output
 from autograder.similarity import comparing, find, presenting, sources
 from autograder.similarity.comparing import compare
 from autograder.similarity.tokens import clean, tokens
 from autograder.submissions import exercises
+from course.foundation import cells
 from tests.hidden import answers
 
 STYLES = answers.load("calculator").RIGHT
@@ -40,6 +42,7 @@ OTHERS: dict[str, dict[str, bytes]] = {}  # written independently of each other 
 for style, handed_in in STYLES.items():
     if all(len(lines(handed_in) & lines(other)) < len(lines(handed_in)) / 3 for other in (REFERENCE, *OTHERS.values())):
         OTHERS[style] = handed_in
+NOTEBOOK = repository() / "notebooks" / "calculator" / "calculator.ipynb"
 HOSTILE = "</pre><script>alert(1)</script>"
 
 
@@ -226,6 +229,52 @@ def test_a_program_as_a_literal_is_named(known, lines):
     file, text = "calculator_server.py", programs(REFERENCE)["calculator_server.py"].replace('"""', "")
     found = compare("calculator", [("bob", {file: lines.format(text=text)})], known, 5)
     assert [*found.hidden, *found.doubtful] == [f"bob ({file})"]
+
+
+PROGRAM = programs(REFERENCE)["calculator_server.py"].replace('"""', "'''")
+SHOWN = "from rclpy.node import Node\n\n\nclass Shown(Node):\n    def add(self, a, b):\n        return a + b\n\n\n"
+UNSEEN = {  # what evaluates a text without a word that says so
+    "hints": "def work(x: 'run(note)'):\n    pass\n\n\nfrom typing import get_type_hints as look\nlook(work)\n",
+    "a decorator": "@Shown.work.register\ndef _(x: 'list[run(note)]'):\n    pass\n",
+    "a field": "class Pair:\n    x: 'run(note)'\n",
+    "a result": "def work() -> 'run(note)':\n    pass\n",
+    "a text put together": "def work(x: 'run' + '(note)'):\n    pass\n",
+    "a text in a text": "run('print.__self__.exec(note)')\n",
+    "a keyword": "import inspect\ninspect.signature(Shown.add, eval_str=True)\n",
+    "other instructions": "Shown.add.__code__ = Shown.add.__code__.replace(co_code=note)\n",
+    "another loader": "import rclpy\ntype(rclpy.__spec__.loader)('m', 'x.py').load_module()\n",
+    "a namespace": "import rclpy\nvars(rclpy)['__loader__'].load_module()\n",
+}
+
+
+@pytest.mark.parametrize("way", UNSEEN.values(), ids=UNSEEN)
+def test_what_evaluates_a_text_is_named_wherever_the_text_is(known, way):
+    assert named_beside_the_reference(known, SHOWN + way) == ["bob (calculator_server.py)"]
+
+
+PLACES = ['"""{}"""\n', '"""A note."""\nnote = """{}"""\n', 'class Note:\n    """{}"""\n']
+
+
+@pytest.mark.parametrize(
+    "before", ["", "A note.\n\n", "How it began:\n\n    x = 1\n\n"], ids=["alone", "words", "code"]
+)
+@pytest.mark.parametrize("place", PLACES, ids=["docstring", "literal", "docstring of a class"])
+def test_a_text_that_is_a_program_is_named_whatever_runs_it(known, place, before):
+    names = " + ".join(f"value_{number}" for number in range(1000))  # more than all literals
+    lines = place.format(before + PROGRAM) + SHOWN + f"result = work({names})\n"
+    assert named_beside_the_reference(known, lines) == ["bob (calculator_server.py)"]
+
+
+def test_an_ordinary_docstring_or_annotation_is_not_named(known):
+    task = "\n\n".join(cell.source for cell in cells.read(NOTEBOOK) if cell.kind == "markdown").replace('"""', "")
+    example = "For example:\n\n    node = Shown('a')\n    node.add(1, 2)\n    rclpy.spin(node)\n\n>>> Shown('a').add(1, 2)\n3\n"
+    lines = f'r"""The server.\n\n{task}\n\n{example}"""\n{SHOWN}' + (
+        "    mode: Literal['open', 'closed'] = 'open'\n    scan: 'LaserScan | None' = None\n\n"
+        "    def take(self, scan: 'list[LaserScan]', *, node: Optional['Node'] = None) -> 'Shown | None':\n"
+        "        self.get_logger().info('open (5)')\n        self.get_logger().info('eval')\n"
+        "        self.register(scan.range_max, re.compile('a+'))\n        super().__init__(__name__)\n"
+    )
+    assert named_beside_the_reference(known, lines) == []
 
 
 @pytest.mark.parametrize("exercise", answers.names())
