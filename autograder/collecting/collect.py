@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from autograder.collecting.bundles import bundles, files_of
-from autograder.collecting.identify import TIME, VERIFIED, HandedIn, identify
+from autograder.collecting.identify import TIME, VERIFIED, HandedIn, compared, identify
 from autograder.errors import Unplaced
 from autograder.platforms import users_are_global
 from autograder.results.text import counted
@@ -90,7 +90,9 @@ def collect(
                     found[handed_in.student, handed_in.assignment].append(handed_in)
     into.mkdir(parents=True, exist_ok=True)
     before = {key: provenance.read(into, *key) for key in found}
-    if roster:
+    if not roster:
+        _compare_receipts(found)
+    else:
         unplaced += _take_out_namesakes(found, before, roster) + _take_out_unvouched(found, before, roster)
     unplaced += _take_out_other_numbers(found, before, roster)
     result = Collection([], [], unplaced)
@@ -143,6 +145,16 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
         if len(scripts) > 1 and not scripts <= EAST_ASIAN:
             found = " and ".join(sorted(script.capitalize() for script in scripts))
             each.notes.append(f"its student's name mixes {found} letters, which may look alike: whose is it?")
+
+
+def _compare_receipts(found: Found) -> None:
+    """Compare the name in each receipt with those of the other students in its download, as with a roster."""
+    there: dict[str, Roster] = defaultdict(Roster)
+    for each in itertools.chain.from_iterable(found.values()):
+        if each.came.platform:
+            there[each.download].add(each.student, [each.came.name, each.came.user])
+    for key, those in found.items():
+        found[key] = [compared(each, there[each.download]) if each.came.platform else each for each in those]
 
 
 def _compare(found: Iterable[HandedIn]) -> None:

@@ -6,7 +6,7 @@ import re
 import zlib
 from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import PurePosixPath
 from typing import Any
@@ -43,6 +43,7 @@ class HandedIn:
     came: Source  # its origin
     download: str = ""
     receipt: str = NONE  # VERIFIED, NONE, or what is wrong with it
+    signed: str = ""  # the name in the receipt
     ahead: datetime | None = None  # the hand-in's own time, if it is in the future
     notes: list[str] = field(default_factory=list)  # further remarks for the instructor
     not_taken: list[str] = field(default_factory=list)  # names of files that do not belong to the exercise
@@ -128,6 +129,7 @@ def identify(
         ),
         bundle.download,
         state,
+        str(receipt.get("student") or ""),
         ahead,
         [*guess, *notes],
         _not_taken([*(handed_in.keys() - wanted), *deeper, *bundle.left]),
@@ -240,11 +242,25 @@ def _verify(
         return f"does not list {shortened(more[0])}"
     if claimed != assignment:
         return f"is of {claimed}"
-    if roster:
-        with contextlib.suppress(Unplaced):  # a login name need not be in the roster
-            if (owner := roster.find((str(receipt.get("student")),))) != student:
-                return f"is made out to {owner}"
+    return _foreign(str(receipt.get("student")), student, roster) if roster else VERIFIED
+
+
+def _foreign(signed: str, student: str, roster: Roster) -> str:
+    """Return VERIFIED, or whose receipt this is if it has the name of another student."""
+    with contextlib.suppress(Unplaced):  # a login name need not be in the roster
+        if (owner := roster.find((signed,))) != student:
+            return f"is made out to {owner}"
     return VERIFIED
+
+
+def compared(handed_in: HandedIn, roster: Roster) -> HandedIn:
+    """Return a hand-in whose receipt is compared with the names in a roster: another student's is not believed."""
+    found = _foreign(handed_in.signed, handed_in.student, roster)
+    if handed_in.receipt != VERIFIED or found == VERIFIED:
+        return handed_in
+    came = handed_in.came
+    time = ON_TIME if marks_late(came.platform) and not came.late else UNKNOWN
+    return replace(handed_in, receipt=found, came=replace(came, time=time))
 
 
 def _odd(claimed: datetime | None, latest: datetime) -> str:

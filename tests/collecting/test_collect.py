@@ -352,6 +352,21 @@ def test_an_archive_that_is_made_out_to_another_student_is_named(tmp_path):
     assert only.remark == "its receipt is made out to ada"
 
 
+@pytest.mark.parametrize("signed", ["ada", "Ada", "../ada"])
+def test_without_a_roster_those_in_the_same_download_are_the_class(tmp_path, signed):
+    hers = handed_in(tmp_path / "hers", "ada").read_bytes()
+    own = handed_in(tmp_path / "own", "somebody").read_bytes()  # the name on the student's machine
+    copied = archive(tmp_path / "copied.zip", {"x.zip": made_out_to(tmp_path / "his", signed, EARLY).read_bytes()})
+    files = {"ada_1_3_a.zip": hers, "joe_2_4_x.zip": copied.read_bytes(), "eve_3_5_x.zip": own}
+    found = collect([archive(tmp_path / "bulk.zip", files)], tmp_path / "out").laid_out
+    assert {each.student: (each.remark, each.came.time) for each in found} == {
+        "ada": ("", "known"),
+        "joe": ("its receipt is made out to ada", "on time"),
+        "eve": ("", "known"),
+    }
+    assert not (tmp_path / "out" / "joe" / "services" / "timestamp.txt").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
