@@ -46,6 +46,9 @@ SPARE_LIVES = 2  # times that a program may end between two questions
 DYING = 0.2  # s in which a silent program may turn out to be dying
 REAPED = 1.0  # s to wait until the output of a dead program is read
 TOLD = 300  # characters shown of what a program offers instead
+NOTHING_YET = (
+    "The node has no topics and no services of its own. Does the program wait for something before it makes them?"
+)
 SPIN = "main() must spin the node until it is stopped"
 
 Answer = TypeVar("Answer")
@@ -261,14 +264,13 @@ class Lifecycle(ABC):
             return Wrong(f"{self.file} runs, but does not offer {promise}. It offers: {', '.join(services)[:TOLD]}.")
         if self.has_node():
             return Wrong(
-                f"{self.file} runs a node, but it does not offer {promise}. "
-                + (self.other_topics() or "The node has no topics and no services of its own.")
+                f"{self.file} runs a node, but it does not offer {promise}. " + (self.other_topics() or NOTHING_YET)
             )
         if waited < LEAST:
             return TimedOut(USED_UP)
         return TimedOut(
-            f"{self.file} was started, but within {waited:.0f} s no node appeared, and {promise} was never "
-            "offered: does the program wait for something before it creates its node?"
+            f"{self.file} was started, but within {waited:.0f} s no node appeared, and it never offered "
+            f"{promise}: does the program wait for something before it creates its node?"
         )
 
     def _on_silence(self, what: str, limit: float) -> tuple[Fault, bool]:

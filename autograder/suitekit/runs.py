@@ -118,11 +118,16 @@ class Run:
         self.starts += 1
 
 
-def expect_gives_up(run: Run, server: str) -> None:
-    """Check that a client without a server says so and exits with an error; `server` is its name for the student."""
+def expect_gives_up(run: Run, server: str, least: float = 0.0, beside: str = "") -> None:
+    """Check that a client without a server waits for one, says that there is none, and exits with an error.
+
+    `server` is its name for the student, `least` how long the client must wait (s), and `beside` its output in other
+    cases.
+    """
     doing = "without a server"
     expect_status(run, doing, 1)
-    expect_words(run, doing, f"say that it found no server for {server}")
+    expect_words(run, doing, f"say that it found no server for {server}", beside=beside)
+    expect_patience(run, doing, least)
 
 
 def expect_usage(run: Run, doing: str) -> None:

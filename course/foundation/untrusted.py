@@ -20,8 +20,11 @@ CHUNK = 65_536  # bytes
 ENCRYPTED = 0x1  # in a zip entry's flags
 LONGEST_NAME = 80  # characters of a name in a message
 LONGEST_TEXT = 100_000  # characters of a text in a page
-# Control characters, marks that change the direction of text, lone surrogates, and invisible tags.
-UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u202a-\u202e\u2066-\u2069\ud800-\udfff\U000e0000-\U000e007f]")
+# Control characters, marks that change the direction of text or end a line, what is not seen at all, lone surrogates,
+# and invisible tags; not what joins letters in the names of some languages.
+UNSEEN = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b\u2028-\u202e\u2060-\u206f\ud800-\udfff\ufeff\U000e0000-\U000e007f]"
+)
 
 
 class Allowance:

@@ -84,7 +84,7 @@ class Feedback:
 
     def to_text(self) -> str:
         """The record as JSON in one line."""
-        return json.dumps({"format": FORMAT, **asdict(self)}, ensure_ascii=False)
+        return json.dumps({"format": FORMAT, **asdict(self)})
 
     @classmethod
     def from_text(cls, text: str) -> "Feedback":

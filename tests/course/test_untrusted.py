@@ -35,6 +35,8 @@ def test_a_text_in_a_page_turns_and_hides_nothing_and_has_an_end():
         visible("as it is, ü, \u05e9\u05dc\u05d5\u05dd\n\tand on") == "as it is, ü, \u05e9\u05dc\u05d5\u05dd\n\tand on"
     )
     assert visible("\x1b[31m\u202e\ud800") == "\\x1b[31m\\x202e\\xd800"
+    assert visible("a\u2028b\u200bc\ufeffd\u2060") == "a\\x2028b\\x200bc\\xfeffd\\x2060"
+    assert visible("\u0646\u0645\u06cc\u200c\u062e") == "\u0646\u0645\u06cc\u200c\u062e"  # Persian needs it
     assert visible("x" * 200_000).endswith(" ... (100,000 more characters)")
     assert all_visible({"\x00": ["\u2066", 1, None, ("\x7f",)]}) == {"\\x00": ["\\x2066", 1, None, ["\\x7f"]]}
 

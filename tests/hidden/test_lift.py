@@ -1,11 +1,15 @@
 """How the grader reads what a lift tells: the rules of the task, without ROS and without any program."""
 
+from types import SimpleNamespace
+
 import pytest
 from course_interfaces.action import Lift
 
-from autograder.errors import TimedOut
+from autograder.errors import TimedOut, Wrong
+from autograder.hidden.actions import suite
 from autograder.hidden.actions.rides import Ride, follows, lengths, steps, stops_made, way
 from autograder.suitekit import Goal, Heard
+from tests.suitekit.test_runs import Program, run
 
 
 def told(*floors, every=0.3):
@@ -66,3 +70,33 @@ def test_a_ride_without_a_result():
     ride.goal.fault = TimedOut("no result")
     with pytest.raises(TimedOut):
         _ = ride.end
+
+
+@pytest.mark.parametrize(
+    ("took", "said", "message"),
+    [(0.9, "no server", "gave up 0.9 s after its start"), (1.1, "REJECTED", "in other cases"), (1.1, "no server", "")],
+)
+def test_a_client_waits_for_a_server_and_says_that_there_is_none(took, said, message):
+    absent = Program(output=said)
+    absent.duration = took
+    clients = {
+        "succeed": SimpleNamespace(works=lambda: True, again=lambda: None),
+        "reject": SimpleNamespace(output="REJECTED"),
+    }
+    bench = SimpleNamespace(early={"absent": run(absent, patience=1)})
+    if not message:
+        suite.test_client_without_server(bench, clients)
+        return
+    with pytest.raises(Wrong, match=message):
+        suite.test_client_without_server(bench, clients)
+
+
+def test_a_client_that_works_when_it_is_run_again_is_judged():
+    """On a busy machine it may not have found the server."""
+    works = [False, True]
+    client = SimpleNamespace(works=lambda: works[0], again=lambda: works.pop(0))
+    absent = Program(output="no server")
+    absent.duration = 1.1
+    bench = SimpleNamespace(early={"absent": run(absent, patience=1)})
+    suite.test_client_without_server(bench, {"succeed": client, "reject": SimpleNamespace(output="")})
+    assert works == [True]

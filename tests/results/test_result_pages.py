@@ -11,6 +11,7 @@ from autograder import cli
 from autograder.records import CRASHED, FAULT, GRADED, PASSED, Report, Result
 from autograder.results import feedback, output, progress, summary
 from autograder.submissions import exercises
+from course.returned import record
 
 DIED = "motor_service.py died while it answered a request: ZeroDivisionError."
 
@@ -37,6 +38,14 @@ def test_one_cause_is_said_once_with_the_tests_that_it_cost():
     rows = page.split("<table>")[1].split("<tr>")[2:]
     assert [number for number, row in enumerate(rows) if "crashed (1)" in row] == [0, 3]
     assert [number for number, row in enumerate(rows) if "crashed (2)" in row] == [5]
+
+
+def test_no_character_that_hides_or_reverses_text_is_in_the_page():
+    """Neither in what is seen, nor in the data for `course feedback`."""
+    evil = "RuntimeError: \u202e\u2028\u2029\u2066\u200b\ufeff\x1b[2J\ud800"
+    page = feedback.page(report("ada", {0: evil}))
+    assert not {*"\u202e\u2028\u2029\u2066\u200b\ufeff\x1b\ud800"} & {*page}
+    assert record.read(page.encode()).tests[0].message.startswith("RuntimeError: ")
 
 
 FORGED = "grace/services: 20 of 20, 9.0 s (seed 1)\n  - 0/5  copied from ada [failed]\n\nrelay.py printed:"

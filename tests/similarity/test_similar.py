@@ -267,8 +267,9 @@ def test_a_text_that_is_a_program_is_named_whatever_runs_it(known, place, before
 
 def test_an_ordinary_docstring_or_annotation_is_not_named(known):
     task = "\n\n".join(cell.source for cell in cells.read(NOTEBOOK) if cell.kind == "markdown").replace('"""', "")
-    example = "For example:\n\n    node = Shown('a')\n    node.add(1, 2)\n    rclpy.spin(node)\n\n>>> Shown('a').add(1, 2)\n3\n"
-    lines = f'r"""The server.\n\n{task}\n\n{example}"""\n{SHOWN}' + (
+    example = "For example:\n\n    node = Shown('a')\n    node.add(1, 2)\n\n>>> node.add(1, 2)\n3\n"
+    lines = (
+        f'r"""The server.\n\n{task}\n\n{example}"""\n{SHOWN}'
         "    mode: Literal['open', 'closed'] = 'open'\n    scan: 'LaserScan | None' = None\n\n"
         "    def take(self, scan: 'list[LaserScan]', *, node: Optional['Node'] = None) -> 'Shown | None':\n"
         "        self.get_logger().info('open (5)')\n        self.get_logger().info('eval')\n"

@@ -87,6 +87,14 @@ def test_a_client_that_does_not_give_up_rightly_is_told(program, kind, message):
         expect_gives_up(run(program), "/sum")
 
 
+def test_a_client_that_waits_too_little_or_says_what_it_always_says_is_told():
+    with pytest.raises(Wrong, match=r"gave up 0\.0 s after its start\. .* wait for it for 1 s at least"):
+        expect_gives_up(run(Program()), "/sum", least=1.0)
+    with pytest.raises(Wrong, match="it only printed what it prints in other cases, too"):
+        expect_gives_up(run(Program()), "/sum", beside="nobody is there\nREJECTED\n")
+    expect_gives_up(run(Program()), "/sum", beside="REJECTED\n")
+
+
 def test_what_ended_by_a_signal_is_run_again():
     twice = run(Program(status=134), Program(status=1))
     expect_status(twice, DOING, 1)

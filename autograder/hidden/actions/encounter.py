@@ -111,7 +111,7 @@ class Encounter:
     @contextmanager
     def judged(self) -> Iterator[Program]:
         """The ended program; it is run again when something is found wrong with it."""
-        with on_wrong(self._again):
+        with on_wrong(self.again):
             program = self._finish()
             if not self.goals:
                 others = [action for action in self._sought if not action.startswith(f"the action {ACTION} (")]
@@ -149,6 +149,15 @@ class Encounter:
         sent = {*self.shown, *self.result.stops, self.result.floor}
         return bool(self.goals) and (program.exit_status == 0 or bool(sent & {*numbers(program.output)}))
 
+    @property
+    def output(self) -> str:
+        """What the client, whose goal has come, has printed until its end, by itself and in time; else nothing."""
+        try:
+            program = self._finish()
+        except Fault:
+            return ""
+        return program.output if self.goals else ""  # it may say that it found no server, when the machine is busy
+
     def exits_with(self, status: int) -> bool:
         """Whether it ends in time, by itself and with this exit status."""
         try:
@@ -156,7 +165,8 @@ class Encounter:
         except Fault:
             return False
 
-    def _again(self) -> None:
+    def again(self) -> None:
+        """Run the client again, unless that was done often enough."""
         if self._plays < PLAYS:
             self.begin()
 

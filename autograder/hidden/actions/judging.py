@@ -20,7 +20,7 @@ from autograder.hidden.actions.rides import (
     way,
 )
 from autograder.sandbox.program import Program
-from autograder.suitekit import Crashed, Goal, Heard, Run, TimedOut, Wrong, numbers
+from autograder.suitekit import Crashed, Goal, Heard, Run, TimedOut, Wrong, numbers, on_wrong
 
 # Lines that are no words of the client: logs for which it need not be responsible, and what Python says at its end.
 NOT_SAID = r"\[(DEBUG|INFO|WARN|ERROR|FATAL)\]|Exception ignored"
@@ -439,8 +439,10 @@ def expect_for_ros(run: Run) -> None:
 
 def expect_able(clients: Mapping[str, Encounter]) -> None:
     """The client must do something of its task, or its errors are no answers."""
-    if not clients["succeed"].works():
-        raise Wrong(
-            "This is judged only of a client that, called rightly, sends its goal and prints something of what comes "
-            "back, or ends with exit status 0."
-        )
+    run = clients["succeed"]
+    with on_wrong(run.again):
+        if not run.works():
+            raise Wrong(
+                "This is judged only of a client that, called rightly, sends its goal and prints something of what "
+                "comes back, or ends with exit status 0."
+            )

@@ -1766,6 +1766,14 @@ WRONG = {
     "step period is fixed": (server(("sleep(period)", "sleep(1.0)")), {"step_period"}),
     "a step takes less than half of its time": (server(("sleep(period)", "sleep(0.4 * period)")), {"step_period"}),
     "a step takes twice its time": (server(("sleep(period)", "sleep(2 * period)")), {"step_period"}),
+    "a step takes whole tenths of a second": (
+        server(("sleep(period)", "sleep(max(1, int(period / 0.1)) * 0.1)")),
+        {"step_period"},
+    ),
+    "a step takes a tenth of a second at least": (
+        server(("sleep(period)", "sleep(max(0.1, period))")),
+        {"step_period"},
+    ),
     "reports a step before its time": (server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)), {"step_period"}),
     "another default": (server(("'step_period', 1.0", "'step_period', 0.1")), {"step_period"}),
     "client sends the floors sorted": (
@@ -1855,7 +1863,7 @@ WRONG = {
         client(
             (SAYS, "    print('Outcome:', outcome if outcome == 'SUCCEEDED' else 'CANCELED, ABORTED or REJECTED')\n")
         ),
-        {"client_says_outcome"},
+        {"client_says_outcome", "client_without_server"},
     ),
     "client says ABORTED for a cancelled goal": (
         client(("CANCELED: 'CANCELED'", "CANCELED: 'ABORTED'")),
@@ -2015,6 +2023,10 @@ WRONG = {
     "client waits for a server for ever": (client(("timeout_sec=1.5", "timeout_sec=None")), {"client_without_server"}),
     "client says nothing without a server": (
         client(("            return 'NO SERVER for /lift'", "            sys.exit(1)")),
+        {"client_without_server"},
+    ),
+    "client says REJECTED without a server": (
+        client(("'NO SERVER for /lift'", "'REJECTED'")),
         {"client_without_server"},
     ),
     "client has no usage": (client((PARSED, UNCHECKED)), {"client_arguments"}),
