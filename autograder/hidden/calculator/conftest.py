@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autograder.hidden.calculator.conversation import LATE, Calculator, Call, ClientRuns, Counterpart
+from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart
 from autograder.suitekit import Bench
 from autograder.suitekit.fixtures import used
 
@@ -41,10 +41,7 @@ def runs(bench: Bench) -> ClientRuns:
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
     zero = Counterpart(bench, result=0.0, success=True, message=word(9))
     infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))
-    silent = Counterpart(bench, result=1.0, success=True, message=word(9), after=math.inf)
-    late = Counterpart(
-        bench, result=-rng.randrange(1_000_000, 9_000_000) - 0.5, success=True, message=word(9), after=LATE
-    )
+    silent = Counterpart(bench, result=1.0, success=True, message=word(9), silent=True)
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
         answered=Call(answering, str(a), str(b), operation),
@@ -52,7 +49,6 @@ def runs(bench: Bench) -> ClientRuns:
         nameless=Call(zero, p, q, ""),
         unknown=Call(infinite, p, q, word(6)),
         unusual=Call(silent, f"{p}e-12", f"+{q}", f" {word(5).capitalize()} ", *FOR_ROS),
-        late=Call(late, str(a), str(b), operation),
         absent=bench.early["absent"],
         misused={
             "with too few arguments": refusing.run(p, q),

@@ -2,7 +2,6 @@
 
 import math
 import random
-import threading
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +18,6 @@ from course.foundation.waiting import wait_until
 SERVICE = "/calculator"
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
-LATE = 0.75  # s after which an answer comes that must be waited for: a client waits 1 s at least, by the task
 SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a result has, but not six
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
@@ -298,22 +296,16 @@ def same(response: Any, other: Any) -> bool:
 class Counterpart:
     """The grader's own /calculator for the student's client.  Its answer cannot be computed from the request."""
 
-    def __init__(self, bench: Bench, *, result: float, success: bool, message: str, after: float = 0.0):
-        """It sends its response `after` s; never, if that is infinite."""
+    def __init__(self, bench: Bench, *, result: float, success: bool, message: str, silent: bool = False):
+        """A `silent` one takes each request, and sends no response."""
         self._bench = bench
         self._domain = bench.new_domain()
         self.response = Calculate.Response(result=result, success=success, message=message)
         bench.hide(*[result] * (math.isfinite(result) and result != 0.0), *message.split())
         self.requests: list[Any] = []
         service: Any = bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
-        if after:
-            send = service.send_response
-
-            def send_later(*sent: Any) -> None:
-                if math.isfinite(after):
-                    threading.Timer(after, send, sent).start()
-
-            service.send_response = send_later
+        if silent:
+            service.send_response = _keep
 
     def run(self, *args: str) -> Run:
         """A run of the student's client that can call this."""
@@ -326,6 +318,10 @@ class Counterpart:
     def _answer(self, request: Any, _: Any) -> Any:
         self.requests.append(request)
         return self.response
+
+
+def _keep(*_: Any) -> None:
+    """Send nothing, in the place of `Service.send_response`."""
 
 
 class Call:
@@ -381,7 +377,6 @@ class ClientRuns:
     nameless: Call  # an operation without a name; the result is 0
     unknown: Call  # an operation that only the server knows; the result is inf
     unusual: Call  # numbers and an operation as nobody writes them, arguments for ROS, and no answer
-    late: Call  # the answer comes a little later
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
 

@@ -1083,10 +1083,6 @@ WRONG = {
         client((ASKS, ASKS.replace("timeout_sec=timeout_sec", "timeout_sec=25.0"))),
         {"client_without_answer"},
     ),
-    "client waits 0.3 s for the answer": (
-        client((ASKS, ASKS.replace("timeout_sec=timeout_sec", "timeout_sec=0.3"))),
-        {"client_without_answer"},
-    ),
     "client dies without an answer": (
         client((ASKS, ASKS + "        future.result().success = bool(future.result().success)\n")),
         {"client_without_answer"},
