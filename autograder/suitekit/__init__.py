@@ -14,7 +14,15 @@ from autograder.suitekit.parameters import Parameters
 from autograder.suitekit.printed_numbers import numbers
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
-from autograder.suitekit.runs import Run, expect_gives_up, expect_patience, expect_status, expect_usage, expect_words
+from autograder.suitekit.runs import (
+    Run,
+    expect_gives_up,
+    expect_patience,
+    expect_patience_when_asked,
+    expect_status,
+    expect_usage,
+    expect_words,
+)
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, Rate, speaker
 
 __all__ = [
@@ -44,6 +52,7 @@ __all__ = [
     "Wrong",
     "expect_gives_up",
     "expect_patience",
+    "expect_patience_when_asked",
     "expect_status",
     "expect_usage",
     "expect_words",

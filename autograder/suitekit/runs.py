@@ -14,6 +14,7 @@ from autograder.suitekit.hints import is_of_text, last_words
 from course.foundation.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
+MOST = 0.8  # of the time that a client must wait for an answer, which may begin before its request is on its way
 GRACE = 3.0  # s more for a program to load on a busy machine
 SIGNALLED = 128  # exit statuses from here on mean a signal, not the program's own exit
 SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}
@@ -153,6 +154,20 @@ def expect_patience(run: Run, doing: str, least: float) -> None:
         raise Wrong(
             f"{_capital(doing)}, the client gave up {took:.1f} s after its start. ROS 2 needs a moment to find a "
             f"server: the client must wait for it for {least:.0f} s at least."
+        )
+
+
+def expect_patience_when_asked(run: Run, doing: str, asked: Iterable[float], least: float) -> None:
+    """Check that the client, which gets no answer, has waited for one for about `least` s or longer.
+
+    `asked` has the times of all requests (time.monotonic, s), by the clock of who sent them.
+    """
+    program = run.finish(doing)
+    own = [when for when in asked if when >= program.started]
+    if own and (took := program.started + program.duration - min(own)) < MOST * least:
+        raise Wrong(
+            f"{_capital(doing)}, the client gave up {took:.1f} s after its request: it must wait for the answer for "
+            f"{least:.0f} s at least."
         )
 
 

@@ -15,6 +15,7 @@ from autograder.suitekit.runs import (
     drawn,
     expect_gives_up,
     expect_patience,
+    expect_patience_when_asked,
     expect_status,
     expect_usage,
     expect_words,
@@ -93,6 +94,29 @@ def test_a_client_that_waits_too_little_or_says_what_it_always_says_is_told():
     with pytest.raises(Wrong, match="it only printed what it prints in other cases, too"):
         expect_gives_up(run(Program()), "/sum", beside="nobody is there\nREJECTED\n")
     expect_gives_up(run(Program()), "/sum", beside="REJECTED\n")
+
+
+@pytest.mark.parametrize(
+    ("asked", "lasted", "waits"),
+    [
+        ([0.5], 1.5, True),
+        ([0.5, 1.4], 1.6, True),
+        ([], 0.7, True),
+        ([-3.0, 0.5], 1.6, True),  # by the run before
+        ([0.5], 0.9, False),
+        ([0.5, 0.9], 1.1, False),
+        ([-3.0, 2.0], 2.5, False),
+    ],
+)
+def test_how_long_a_client_waits_for_an_answer_is_counted_from_its_request(asked, lasted, waits):
+    program = Program()
+    program.duration = lasted
+    call = run(program, patience=1), "so", [program.started + after for after in asked], 1.0
+    if waits:
+        expect_patience_when_asked(*call)
+        return
+    with pytest.raises(Wrong, match=r"^So, the client gave up 0\.. s after its request: .* for 1 s at least"):
+        expect_patience_when_asked(*call)
 
 
 def test_what_ended_by_a_signal_is_run_again():

@@ -2,6 +2,7 @@
 
 import math
 import random
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from calculator_interfaces.srv import Calculate
 from autograder.errors import Fault
 from autograder.hidden.calculator.arithmetic import ABOUT_RIGHT, ANSWERS, SIGNS, likeness, plain_numbers
 from autograder.suitekit import Bench, Run, Server, Wrong, numbers
+from autograder.suitekit.ros import published
 from course.foundation.waiting import wait_until
 
 SERVICE = "/calculator"
@@ -304,8 +306,9 @@ class Counterpart:
         bench.hide(*[result] * (math.isfinite(result) and result != 0.0), *message.split())
         self.requests: list[Any] = []
         service: Any = bench.enter(self._domain).node.create_service(Calculate, SERVICE, self._answer)
+        self.asked: list[float] = []  # when a silent one was asked, a time of time.monotonic (s)
         if silent:
-            service.send_response = _keep
+            service.send_response = self._keep
 
     def run(self, *args: str) -> Run:
         """A run of the student's client that can call this."""
@@ -319,9 +322,10 @@ class Counterpart:
         self.requests.append(request)
         return self.response
 
-
-def _keep(*_: Any) -> None:
-    """Send nothing, in the place of `Service.send_response`."""
+    def _keep(self, _: Any, info: Any) -> None:
+        """Send nothing, in the place of `Service.send_response`."""
+        times = {name: getattr(info, name) for name in ("received_timestamp", "source_timestamp")}
+        self.asked.append(time.monotonic() - time.time() + published(times))
 
 
 class Call:
@@ -338,6 +342,11 @@ class Call:
     def requests(self) -> list[Any]:
         """The requests that came to the server."""
         return self._counterpart.requests
+
+    @property
+    def asked(self) -> list[float]:
+        """When a silent server was asked, times of time.monotonic (s)."""
+        return self._counterpart.asked
 
     @property
     def what_it_did(self) -> str:

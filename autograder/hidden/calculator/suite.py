@@ -32,7 +32,17 @@ from autograder.hidden.calculator.conversation import (
     told,
 )
 from autograder.sandbox.cleaning import CONTROL
-from autograder.suitekit import TimedOut, Wrong, expect_patience, expect_words, numbers, points, twice
+from autograder.suitekit import (
+    TimedOut,
+    Wrong,
+    expect_patience,
+    expect_patience_when_asked,
+    expect_words,
+    numbers,
+    on_wrong,
+    points,
+    twice,
+)
 from course.foundation.waiting import wait_until
 from course.interfaces import InterfaceError, parse
 from course.interfaces.definition import Field
@@ -43,7 +53,7 @@ FLOAT64 = 1e-15  # of the numbers' size: several ways to compute the same are ri
 LEAST = 5e-324  # the smallest float64 above 0
 SHOWN = 0.06  # what rounding to one decimal may cost a result that the client prints
 INFINITE = re.compile(r"(?<![a-z])inf(inity)?(?![a-z])|∞", re.IGNORECASE)  # and not as in "[INFO]"
-FOUND = 1.0  # s for which the client must wait for a server, by the task
+FOUND = 1.0  # s for which the client must wait for a server, and then for its answer, by the task
 WRITTEN = 3.0  # s until a log line has arrived
 LATER = 2.5  # s after a refusal for which the server is seen to go on
 REFUSALS = 8  # in a row, each of which must be one
@@ -549,8 +559,9 @@ def test_client_without_server(runs: ClientRuns) -> None:
 
 
 @points(0.5, cell="calculator-client")
+@twice
 def test_client_without_answer(runs: ClientRuns) -> None:
-    """When the server gives no answer, the client gives up after 10 s at most, and says so."""
+    """When the server gives no answer, the client gives up after 10 s at most, not at once, and says so."""
     runs.expect_call()
     if not (call := runs.unanswered).reached:
         call.run.finish(UNANSWERED)
@@ -562,6 +573,8 @@ def test_client_without_answer(runs: ClientRuns) -> None:
         beside=in_other_cases(runs),
         ignoring=(*ANSWERS, call.sent[2].strip()),  # a line that repeats the operation says nothing new by it
     )
+    with on_wrong(call.repeat):
+        expect_patience_when_asked(call.run, UNANSWERED, call.asked, FOUND)
 
 
 def in_other_cases(runs: ClientRuns) -> str:
