@@ -212,7 +212,8 @@ def _has_fields(what: str, fields: list[str], name: str) -> str:
 def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on an unknown field, as in `SetParametersResult(success=...)`."""
     name = found[1]
-    for message, part in re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
+    written = rf"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\((?=[^()]*\b{name}\s*=)"  # first where the field is in its own brackets
+    for message, part in re.findall(written, code) or re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
         if package := _imported_before(message, part, name):
             return (
                 f"`{message}` is still the type of the build before: import it again, "
@@ -611,14 +612,19 @@ def _holder(name: str, source: str) -> str:
 
 
 def _still_none(found: re.Match[str], source: str, code: str) -> str:
+    held = re.findall(r"self\.(\w+)", code)
     for name in re.findall(r"(?<![\w.])(\w+)\[", code):
-        if made := re.search(rf"^\s*{name} = (?:\w+\.)*(\w+)\(", source, re.MULTILINE):
-            return f"`{made[1]}` returned None. It must return a value on every path through it."
+        around = [each for each in functions(parse(source)) if code in (ast.get_source_segment(source, each) or "")]
+        text = (ast.get_source_segment(source, around[-1]) or "") if around else source
+        held += re.findall(rf"^\s*{name} = self\.(\w+)(?:\s*#.*)?$", text, re.MULTILINE)
+        made = re.findall(rf"^\s*{name} = (?:(?:\w+\.)*(\w+)\()?", text, re.MULTILINE)
+        if len(made) == 1 and made[0] and not hasattr(builtins, made[0]):
+            return f"`{made[0]}` returned None. It must return a value on every path through it."
     if asked := next(methods_asked(parse(source)), None):
         return f"Line {asked[0]}: {asked[1]}"
     if silent := returned_nothing(source, code):
         return silent
-    for name in re.findall(r"self\.(\w+)", code):
+    for name in held:
         if re.search(rf"self\.{name} = None\b", source):
             return (
                 f"`self.{name}` is None until a callback has set it: check `if self.{name} is None` before you use it."
@@ -686,6 +692,10 @@ def _not_declared(found: re.Match[str], source: str) -> str:
                 f"Each declaration calls the callback that line {call.lineno} registers, also before '{found[1]}' is "
                 "declared. Register it after the declarations, or let it read only parameters that it is given."
             )
+    texts = (argument(call, 0, "name") for call in calls(tree, "declare_parameter"))
+    known = [str(each.value) for each in texts if isinstance(each, ast.Constant)]
+    if not declared and (near := difflib.get_close_matches(found[1], known, 1, 0.8)):
+        return f"No parameter '{found[1]}' is declared. Did you mean '{near[0]}'?"
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
 
 
@@ -721,6 +731,9 @@ def _without_end(found: re.Match[str], source: str, code: str) -> str:
 def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a method called on its class: `Agent` was passed instead of `Agent()`."""
     cls, method = found[1].split(".")[-1], found[2]
+    static = (each for each in functions(parse(source)) if "staticmethod" in map(name_of, each.decorator_list))
+    if any(each.name == method and [one.arg for one in each.args.args[:1]] == ["self"] for each in static):
+        return f"`{method}` is static and gets no `self`: leave out `@staticmethod`, or `self`."
     sent = next(calls(parse(code), method), None)
     takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
     takes += parameter_counts(cls, method, source)
@@ -920,6 +933,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "changed the type itself, for all of this kernel: correct that line, and restart the kernel (Kernel, "
             "Restart Kernel)."
         ),
+    ),
+    (
+        r"The 'parameters' field must be a set or sequence and each value of type 'Parameter'",
+        _says("Each must be the message of a parameter: `parameters=[Parameter(...).to_parameter_msg()]`."),
     ),
     (
         r"The '(\w+)' field must be a set or sequence",

@@ -65,6 +65,18 @@ READS_EARLY = """def __init__(self):
     self.declare_parameter('ki', 0.0)
 """
 HIDES_TIMERS = "class A(Node):\n    def timers(self): pass"
+DECLARES = "self.declare_parameter('output_max', 1.0)"
+STATIC = "class P(Node):\n    @staticmethod\n    def clamp(self, value, high): pass"
+TWISTS = "from geometry_msgs.msg import Twist, Vector3"
+LATER = """def on_scan(self, msg):
+    seen = nearest(msg)
+    self.latest = seen
+def __init__(self):
+    self.latest = None
+def loop(self):
+    seen = self.latest
+    print(seen['front'])
+"""
 UNBOUND = "UnboundLocalError: cannot access local variable"
 MARK = "Traceback (most recent call last):"
 SETS_AGAIN = """self.add_post_set_parameters_callback(self.after)
@@ -286,6 +298,16 @@ def after(self, params):
         ("RCLError: rcl node's context is invalid", ENDS_EARLY, "", "`rclpy.shutdown()` in line 3 has already"),
         ("RCLError: rcl node's context is invalid", "Node('a')", "", "`rclpy.init()` must be called"),
         ("ParameterNotDeclaredException: ('Invalid', []): ki", READS_EARLY, "", "Declare it in `__init__`, before"),
+        ("ParameterNotDeclaredException: ('', []): ouput_max", DECLARES, "", "Did you mean 'output_max'?"),
+        ("TypeError: P.clamp() missing 1 required positional argument: 'q'", STATIC, "", "`clamp` is static"),
+        ("AssertionError: Invalid arguments passed to constructor: w", TWISTS, "Vector3(w=1)", "Vector3 has"),
+        (
+            "AssertionError: The 'parameters' field must be a set or sequence and each value of type 'Parameter'",
+            "",
+            "",
+            "Each must be the message of a parameter",
+        ),
+        ("TypeError: 'NoneType' object is not subscriptable", LATER, "print(seen['front'])", "`self.latest` is None"),
         ("IndexError: list index out of range", "ranges = [1.0]", "most = ranges[i]", ""),
         (
             "TypeError: The given value is not one of the allowed types 'rcl_interfaces.msg.ParameterDescriptor()'",
