@@ -258,7 +258,7 @@ def relay(request, response):
     request.a = node.get_parameter('a').get_parameter_value().integer_value
     request.b = node.get_parameter('b').get_parameter_value().integer_value
     future = client.call_async(request)
-    executor.spin_until_future_complete(future, 5.0)
+    executor.spin_until_future_complete(future, 8.0)
     response.success = future.done()
     response.message = str(future.result().sum) if future.done() else 'silence'
     return response
