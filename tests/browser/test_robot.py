@@ -12,6 +12,7 @@ from tests.browser.pages import (
     BUSY,
     cell,
     expect_no_barriers,
+    keep_picture,
     open_page,
     run_cell,
     run_from_palette,
@@ -247,6 +248,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(plot.get_by_role("listitem")).to_have_count(0)
     plot.get_by_label("Field").fill("twist.twist.linear.x")
     expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
+    expect(plot.get_by_text("/odom has no number")).to_have_count(0)
     plot.get_by_role("button", name="Add to the plot").click()
     expect(plot.get_by_role("listitem").locator("output")).to_have_text("0 m/s")
     run_cell(page, 1, DRIVER)
@@ -272,6 +274,27 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")
 
 
+def pieces(plot: Locator) -> int:
+    """Return how many pieces of a line of the first colour a plot shows: parts without an empty column between."""
+    return plot.locator("canvas").evaluate("""canvas => {
+      const ratio = canvas.width / canvas.clientWidth, { width, height } = canvas;
+      const [red, green, blue] = (hex => [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16)))(
+        getComputedStyle(canvas).getPropertyValue('--ros-robot-front').trim());
+      const { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
+      let found = 0, empty = 99;
+      for (let x = Math.ceil(62 * ratio); x < width; x++) {
+        let drawn = false;
+        for (let y = 0; y < height; y++) {
+          const at = 4 * (y * width + x);
+          drawn ||= Math.abs(data[at] - red) + Math.abs(data[at + 1] - green) + Math.abs(data[at + 2] - blue) < 30;
+        }
+        found += drawn && empty > 3;
+        empty = drawn ? 0 : empty + 1;
+      }
+      return found;
+    }""")
+
+
 def test_a_plot_is_there_again_when_its_page_is_loaded_again_until_it_is_closed(lab, page):
     view = begin(page, lab, "again")
     start_world(view, "hall")
@@ -292,8 +315,22 @@ def test_a_plot_is_there_again_when_its_page_is_loaded_again_until_it_is_closed(
     expect(numbers.locator("output")).to_have_text("0 m/s")
     with page.expect_download() as table:
         plot.get_by_role("button", name="Save as CSV").click()
-    _, first, *_ = table.value.path().read_text().splitlines()
-    assert float(first.split(",")[0]) < before
+    _, *rows = [row.split(",") for row in table.value.path().read_text().splitlines()]
+    assert float(rows[0][0]) < before
+    assert {value for _, value in rows} == {"0"}
+    plot.get_by_role("button", name="Clear").click()
+    plot.get_by_role("combobox", name="Show").select_option("10 s")
+    plot.get_by_label("Field").fill("seq")
+    plot.get_by_role("button", name="Add to the plot").click()
+    expect(plot).to_contain_text("/odom has no number seq")
+    assert wait_until(lambda: pieces(plot) == 1, WAIT / 1e3)
+    run_cell(page, 1, "ros.stop()")
+    expect(plot).to_contain_text("No node publishes a topic now.")
+    expect(plot).not_to_contain_text("/odom has no number seq")
+    start_world(view, "hall")
+    expect(numbers.locator("output")).to_have_text("0 m/s")
+    assert wait_until(lambda: pieces(plot) == 2, WAIT / 1e3)
+    keep_picture(page, "plot-gap")
     page.get_by_role("tab", name="Plot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
     run_from_palette(page, "ROS course", "Plot")
     expect(plot).to_contain_text("Choose a number of a topic")

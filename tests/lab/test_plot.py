@@ -18,10 +18,10 @@ class Wheels(Node):
 
 
 def points_of(page, wanted: int) -> list:
-    """The points that a plot is told, so many of them at least."""
+    """The points that a plot is told, so many of them at least, without the gaps between them."""
     points: list = []
     while len(points) < wanted:
-        points += page.event()["data"]["points"]
+        points += filter(None, page.event()["data"]["points"])
     return points
 
 
@@ -67,6 +67,40 @@ def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel
     page.close()
     assert kernel.run("print(ros.until(lambda: not bench.get_subscription_count()))") == "True"
     kernel.run("ros.node.destroy_publisher(bench)")
+
+
+@pytest.mark.parametrize(
+    ("distances", "gaps"),
+    [
+        ([0.1] * 5 + [4.0] + [0.1] * 5, [5]),  # s
+        ([0.1] * 5 + [0.3] * 5, []),
+        ([2.0] * 5 + [8.0, 2.0, 2.0, 12.0], [8]),
+        ([0.002] * 9 + [0.1, 0.002], []),  # a hiccup
+        ([0.001, 3.0, 3.0, 3.0], []),  # too few before
+        ([0.1] * 9 + [1.0] * 9, [9, 10, 11]),  # from now on it comes more seldom
+        ([0.1] * 9 + [3.0, 0.1, 0.1, 3.0], [9, 12]),
+    ],
+)
+def test_a_much_longer_distance_than_the_usual_one_is_a_gap(distances, gaps):
+    rhythm, at = plot.Rhythm(), 1e9
+    assert not rhythm.breaks(at)
+    found = []
+    for number, distance in enumerate(distances):
+        at += distance
+        found += [number] if rhythm.breaks(at) else []
+    assert found == gaps
+
+
+def test_a_time_in_which_nobody_publishes_is_a_gap(kernel, page):
+    kernel.run(f"ros.stop()\n{NODE}\nros.start(Wheels)")
+    page.subscribe("plot", name="/joint_states", field="effort[0]")
+    points_of(page, 3)
+    kernel.run("ros.stop()")
+    while not (data := page.event()["data"])["says"]:
+        pass
+    assert data["points"][-1] is None
+    kernel.run("ros.start(Wheels)")
+    points_of(page, 3)
 
 
 def test_a_flood_is_thinned_and_a_wrong_field_is_told(kernel, page):

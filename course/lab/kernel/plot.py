@@ -4,6 +4,7 @@ import math
 import re
 import time
 from collections import deque
+from statistics import median
 from typing import Any
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -21,6 +22,10 @@ PERIOD = 0.1  # s between two looks
 WAITING = 2000  # messages kept between two looks
 POINTS = 100  # messages of these that are read, evenly spaced
 LONGEST = 1 << 20  # bytes of a message that is read
+GAP = 5  # times the usual distance between two messages: a longer one is a gap
+LEAST = 0.5  # s that a gap lasts, or each hiccup of a busy machine would be one
+USUAL = 5  # last distances, the middle one of which is the usual one
+KNOWN = 3  # distances without which nothing is usual yet
 FIELDS = 500  # of a type that are offered
 COMMANDS = "/cmd_vel"
 ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # compatible with every publisher
@@ -100,6 +105,25 @@ def has_number(found: list[dict[str, Any]], parts: list[tuple[str, int | None]])
     return not rest and NUMBER.match(each["type"]) is not None
 
 
+class Rhythm:
+    """The usual distance between the messages of a topic."""
+
+    def __init__(self) -> None:
+        """Begin without a message."""
+        self._last: float | None = None
+        self._distances: deque[float] = deque(maxlen=USUAL)
+
+    def breaks(self, at: float) -> bool:
+        """Add the time (s) of the next message; return True if there was a gap before it."""
+        last, self._last = self._last, at
+        if last is None:
+            return False
+        distance, known = at - last, self._distances
+        gap = len(known) >= KNOWN and distance > max(LEAST, GAP * median(known))
+        known.append(distance)
+        return gap
+
+
 class PlotFeed:
     """A feed of one field of one topic."""
 
@@ -112,13 +136,24 @@ class PlotFeed:
         self._subscription: Subscription | None = None
         self._waiting: deque[tuple[float, bytes]] = deque(maxlen=WAITING)
         self._said: str | None = None
+        self._rhythm = Rhythm()
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"points": [[s since 1970, value or None], ...], "says": why there are none, or ""} if it is new."""
-        says = self._listen()
+        """Return {"points": [[s since 1970, value or None], ...], "says": why there are none, or ""} if it is new.
+
+        A gap, a time in which nothing was published, is None instead of a point.
+        """
+        published, says = self._kind != "", self._listen()
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         step = math.ceil(len(waiting) / POINTS) or 1
-        points = [[round(at, 3), self._read(message)] for at, message in waiting[::step]]
+        points: list[list[float | None] | None] = [None] if len(waiting) == WAITING else []  # older ones may be lost
+        for number, (at, message) in enumerate(waiting):
+            if self._rhythm.breaks(at):
+                points.append(None)
+            if number % step == 0:
+                points.append([round(at, 3), self._read(message)])
+        if published and not self._kind:
+            points.append(None)
         if not points and says == self._said:
             return None
         self._said = says

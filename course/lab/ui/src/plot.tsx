@@ -122,6 +122,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
         <Choice
           link={link!}
           full={memory.series.length >= MOST}
+          changed={() => setFailed('')}
           add={(topic, field, type) => {
             setFailed('');
             if (!memory.series.some(each => each.topic === topic && each.field === field)) {
@@ -227,7 +228,12 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
 }
 
 /** The choice of the next number to draw. */
-function Choice(props: { link: Link; full: boolean; add: (topic: string, field: string, type: string) => void }): JSX.Element {
+function Choice(props: {
+  link: Link;
+  full: boolean;
+  changed: () => void;
+  add: (topic: string, field: string, type: string) => void;
+}): JSX.Element {
   const { link } = props;
   const [known, setTopics] = React.useState<[string, string][] | null>(null);
   const [chosen, setChosen] = React.useState('');
@@ -240,7 +246,12 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
   const topics = known ?? [];
   const usual = FIRST.map(name => topics.find(each => each[0] === name)).find(found => found);
   const [topic, type] = topics.find(each => each[0] === chosen) ?? usual ?? topics[0] ?? ['', ''];
+  const before = React.useRef('');
   React.useEffect(() => {
+    if (before.current) {
+      props.changed();
+    }
+    before.current = topic;
     let wanted = true;
     setFound(null);
     setField('');
@@ -262,7 +273,7 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
     };
   }, [link, topic, type]);
   if (!topics.length) {
-    return <p className="ros-quiet">{failed || (known && 'No node publishes a topic yet.')}</p>;
+    return <p className="ros-quiet">{failed || (known && 'No node publishes a topic now.')}</p>;
   }
   return (
     <form
@@ -288,7 +299,10 @@ function Choice(props: { link: Link; full: boolean; add: (topic: string, field: 
           list={id}
           value={field}
           title="For one number of a list, put its place in brackets: ranges[90]"
-          onChange={event => setField(event.target.value)}
+          onChange={event => {
+            setField(event.target.value);
+            props.changed();
+          }}
           onFocus={event => event.target.select()}
         />
         <datalist id={id}>
@@ -334,8 +348,7 @@ function Row(props: {
       setCame(before => before || data.points.length > 0);
     },
     () => {
-      const last = now.current.times[now.current.times.length - 1];
-      add(now.current, last === undefined ? [] : [[last, null]]); // a gap for the time in which the panel was hidden
+      add(now.current, [null]); // for the time in which the panel was hidden
       setSays('');
       setCame(false);
     },

@@ -5,8 +5,11 @@ export interface Series {
   field: string;
   unit: string; // '' if unknown
   times: number[]; // s since 1970
-  values: (number | null)[]; // null is a gap
+  values: Value[];
 }
+
+const GAP = 'gap'; // a time in which nothing came
+type Value = number | null | typeof GAP; // null is a message without a number
 
 export interface Frame {
   from: number; // s since 1970
@@ -42,11 +45,15 @@ export function colourOf(place: number): string {
   return `--ros-robot-${NAMES[place % NAMES.length]}`;
 }
 
-/** Add points; the oldest are dropped if there are too many. */
-export function add(series: Series, points: [number, number | null][]): void {
-  for (const [time, value] of points) {
-    series.times.push(time);
-    series.values.push(value);
+/** Add points, of which null is a gap; the oldest are dropped if there are too many. */
+export function add(series: Series, points: ([number, number | null] | null)[]): void {
+  for (const point of points) {
+    const last = series.times.length - 1;
+    if (point || (last >= 0 && series.values[last] !== GAP)) {
+      const [time, value]: [number, Value] = point ?? [series.times[last], GAP];
+      series.times.push(time);
+      series.values.push(value);
+    }
   }
   const more = series.times.length - MOST;
   if (more > 0) {
@@ -60,9 +67,12 @@ export function csv(all: Series[]): string {
   const rows = new Map<number, string[]>();
   all.forEach((series, place) =>
     series.times.forEach((time, number) => {
-      const row = rows.get(time) ?? all.map(() => '');
-      row[place] = series.values[number] === null ? '' : String(series.values[number]);
-      rows.set(time, row);
+      const value = series.values[number];
+      if (value !== GAP) {
+        const row = rows.get(time) ?? all.map(() => '');
+        row[place] = value === null ? '' : String(value);
+        rows.set(time, row);
+      }
     })
   );
   const quoted = (text: string) => `"${text.replace(/"/g, '""')}"`;
@@ -71,14 +81,15 @@ export function csv(all: Series[]): string {
   return `${[head, ...lines].join('\n')}\n`;
 }
 
-/** Return the last value up to a time; undefined before the first. */
+/** Return the last value up to a time; undefined before the first and in a gap. */
 export function valueAt(series: Series, time: number): number | null | undefined {
   let [low, high] = [0, series.times.length];
   while (low < high) {
     const middle = (low + high) >> 1;
     [low, high] = series.times[middle] <= time ? [middle + 1, high] : [low, middle];
   }
-  return low ? series.values[low - 1] : undefined;
+  const value = series.values[low - 1];
+  return value === GAP ? undefined : value;
 }
 
 /** Return the lowest and the highest value in a frame, with a margin. */
@@ -87,7 +98,7 @@ function range(all: Series[], { from, until }: Frame): [number, number] {
   for (const { times, values } of all) {
     for (let number = times.length - 1; number >= 0 && times[number] >= from; number--) {
       const value = values[number];
-      if (value !== null && times[number] <= until) {
+      if (typeof value === 'number' && times[number] <= until) {
         [least, most] = [Math.min(least, value), Math.max(most, value)];
       }
     }
@@ -212,7 +223,7 @@ function curve(
   let pen = false;
   for (let number = Math.max(0, begin - 1); number < times.length; number++) {
     const value = values[number];
-    if (value === null) {
+    if (typeof value !== 'number') {
       pen = false;
     } else {
       const [x, y] = [px(times[number]), py(value)];
