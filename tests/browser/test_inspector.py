@@ -7,7 +7,16 @@ import pytest
 from playwright.sync_api import expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import choose, expect_no_barriers, keep_picture, open_page, run_cell, show_panel, write_greeter
+from tests.browser.pages import (
+    barriers,
+    choose,
+    expect_no_barriers,
+    keep_picture,
+    open_page,
+    run_cell,
+    show_panel,
+    write_greeter,
+)
 from tests.lab.test_inspector import SERVERS
 
 expect.set_options(timeout=WAIT)
@@ -68,7 +77,31 @@ def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph
     (lab[2] / "inspected/end").touch()
 
 
-def test_a_form_that_is_loaded_again_shows_the_goal_that_runs_and_cancels_it(lab, page):
+DIES = """import rclpy
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+
+class Dies(Node):
+    def __init__(self):
+        super().__init__('dies')
+        self.create_service(Trigger, 'die', self.die)
+
+    def die(self, request, response):
+        raise RuntimeError('as it must')
+
+
+rclpy.init()
+rclpy.spin(Dies())
+"""
+DEATHS = """ros.start('dies.py')
+ros.until(pathlib.Path('again').exists, 600)
+ros.restart('dies.py')
+ros.until(pathlib.Path('stop').exists, 600)
+ros.stop('dies.py')"""
+
+
+def test_a_form_that_is_loaded_again_shows_the_goal_and_one_whose_server_dies_stays(lab, page):
     panel = begin(page, lab, "reloaded", SERVERS.replace("time.sleep(0.05)", "time.sleep(1)"))
     panel.get_by_label("What to do").select_option("Send a goal")
     panel.get_by_label("order int32").fill("45")
@@ -82,6 +115,41 @@ def test_a_form_that_is_loaded_again_shows_the_goal_that_runs_and_cancels_it(lab
     panel.get_by_role("button", name="Cancel the goal").click()
     expect(flow).to_have_attribute("aria-label", re.compile("cancel accepted, .*canceled"))
     (lab[2] / "reloaded/end").touch()
+
+    (lab[2] / "reloaded/dies.py").write_text(DIES)
+    run_cell(page, 2, DEATHS)
+    panel.get_by_label("What to do").select_option("Call a service")
+    service = panel.get_by_role("combobox", name="Service", exact=True)
+    service.select_option("/die")
+    call = panel.get_by_role("button", name="Call", exact=True)
+    call.click()
+    passed = panel.get_by_role("region", name="Timeline")
+    expect(passed).to_contain_text("RuntimeError: as it must")
+    expect(panel).to_contain_text("/die is not there now.")
+    expect(service).to_have_value("/die std_srvs/srv/Trigger")
+    expect(service.locator("option:checked")).to_be_disabled()
+    expect(call).to_be_focused()
+    keep_picture(page, "inspector-away")
+    assert barriers(page, "#ros2-course-inspector") == []
+    show_panel(page, "Nodes")
+    page.wait_for_timeout(1500)  # a panel is hidden for good after 1 s
+    show_panel(page, "Inspector")
+    expect(panel).to_contain_text("/die is not there now.")
+    expect(passed).to_contain_text("RuntimeError: as it must")
+    call.focus()
+    (lab[2] / "reloaded/again").touch()
+    expect(panel).not_to_contain_text("is not there now")
+    expect(service.locator("option:checked")).to_be_enabled()
+    expect(call).to_be_focused()
+    expect(passed).to_contain_text("RuntimeError: as it must")
+    panel.get_by_label("What to do").select_option("Set a parameter")
+    node = panel.get_by_role("combobox", name="Node", exact=True)
+    node.select_option("/dies")
+    panel.get_by_role("combobox", name="Parameter", exact=True).focus()
+    (lab[2] / "reloaded/stop").touch()
+    expect(panel).to_contain_text("/dies is not there now.")
+    expect(node).to_have_value("/dies ")
+    expect(panel.get_by_role("combobox", name="Parameter", exact=True)).to_be_focused()
 
 
 def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):

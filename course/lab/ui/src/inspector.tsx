@@ -43,8 +43,9 @@ export class InspectorPanel extends SidePanel {
 
   /** Choose something in the panel when it is shown next, or now. */
   choose(kind: Kind, name: string, type: string): void {
+    const kernel = this.current.link?.kernelId;
     this._memory.set('kind', kind);
-    this._memory.set('chosen', { ...this._memory.get('chosen'), [kind]: `${name} ${type}` });
+    this._memory.set('chosen', { ...choices(this._memory.get('chosen'), kernel), [kind]: `${name} ${type}` });
     this._memory.set('focus', true);
     this._chosen += 1;
     this.update();
@@ -60,6 +61,14 @@ export class InspectorPanel extends SidePanel {
 
 type Memory = Map<string, any>;
 
+/** What was chosen of each kind, in one kernel. */
+type Choices = { [kind in Kind]?: string } & { kernel?: string };
+
+/** Return the choices if they were made in this kernel, otherwise none. */
+function choices(made: Choices | undefined, kernel: string | undefined): Choices {
+  return made?.kernel === kernel ? { ...made, kernel } : { kernel };
+}
+
 /** A state that outlives the component. */
 function useKept<T>(memory: Memory, key: string, initial: T): [T, (value: T) => void] {
   const [value, setValue] = React.useState<T>(memory.has(key) ? memory.get(key) : initial);
@@ -74,7 +83,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   const { link } = useCurrent(current);
   const [offers, setOffers] = React.useState<Offers | null>(null);
   const [kind, setKind] = useKept<Kind>(memory, 'kind', 'service');
-  const [chosen, setChosen] = useKept<{ [kind in Kind]?: string }>(memory, 'chosen', {});
+  const [chosen, setChosen] = useKept<Choices>(memory, 'chosen', {});
   const [failed, setFailed] = React.useState('');
   useTopic(
     link,
@@ -95,8 +104,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
       link!.request('inspector.latest').then(
         (found: Sent | null) => {
           if (found && untouched()) {
-            const type = found.kind === 'parameter' ? '' : found.type;
-            setChosen({ [found.kind]: `${found.name} ${type}` });
+            pick(found.kind, `${found.name} ${found.kind === 'parameter' ? '' : found.type}`);
             setKind(found.kind);
           }
         },
@@ -113,18 +121,35 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   });
   const message = instead(current, link);
   const found = message === null && offers ? offers[kind] : [];
-  const [name, type] = found.find(each => each.join(' ') === chosen[kind]) ?? found[0] ?? ['', ''];
+  // What is shown stays when it goes, until the reader chooses; of another kernel's choice, only what is there is shown.
+  const shown = React.useRef<Choices>({});
+  if (shown.current.kernel !== link?.kernelId) {
+    shown.current = choices(chosen, link?.kernelId);
+  }
+  const pick = (kind: Kind, what: string) => {
+    shown.current[kind] = what;
+    setChosen({ ...choices(chosen, link?.kernelId), [kind]: what });
+  };
+  const kept = shown.current[kind];
+  const wanted = kept ?? chosen[kind];
+  const there = found.find(each => each.join(' ') === wanted) ?? found.find(each => each[0] === wanted?.split(' ')[0]);
+  const away = kept !== undefined && !there && message === null && offers !== null;
+  const [name, type] = there ?? (away ? kept.split(' ') : found[0]) ?? ['', ''];
+  const what = `${name} ${type}`;
+  if (name) {
+    shown.current[kind] = what;
+  }
   return (
     <>
       <header className="ros-Panel-head">
         <h2>Inspector</h2>
       </header>
       <div className="ros-Panel-message" role="status">
-        {failed || message || (offers && found.length === 0 ? NOTHING[kind] : '')}
+        {failed || message || (offers && !name ? NOTHING[kind] : '')}
       </div>
       <FirstCell current={current} link={link} />
       {message === null && (
-        <div className="ros-Form">
+        <div className="ros-Form" onFocus={() => name && chosen[kind] !== what && pick(kind, what)}>
           <label>
             What to do
             <select value={kind} onChange={event => setKind(event.target.value as Kind)}>
@@ -135,14 +160,20 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
               ))}
             </select>
           </label>
-          {found.length > 0 && (
+          {name && (
             <label>
               {KINDS[kind].of}
               <select
                 ref={select}
-                value={`${name} ${type}`}
-                onChange={event => setChosen({ ...chosen, [kind]: event.target.value })}
+                className={away ? 'ros-mod-away' : ''}
+                value={what}
+                onChange={event => pick(kind, event.target.value)}
               >
+                {away && (
+                  <option value={what} disabled>
+                    {name}
+                  </option>
+                )}
                 {found.map(each => (
                   <option key={each.join(' ')} value={each.join(' ')}>
                     {each[0]}
@@ -152,7 +183,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
             </label>
           )}
           {name && (
-            <Sending key={`${kind} ${name} ${type}`} memory={memory} link={link!} kind={kind} name={name} type={type} />
+            <Sending key={`${kind} ${what}`} memory={memory} link={link!} kind={kind} name={name} type={type} away={away} />
           )}
         </div>
       )}
@@ -174,6 +205,7 @@ interface About {
   kind: Kind;
   name: string;
   type: string;
+  away: boolean; // not there now
 }
 
 interface Looked {
@@ -182,7 +214,7 @@ interface Looked {
   ros2: string;
 }
 
-function Sending({ memory, link, kind, name, type }: About): JSX.Element {
+function Sending({ memory, link, kind, name, type, away }: About): JSX.Element {
   const [fields, setFields] = React.useState<Field[] | null>(null);
   const key = `${kind} ${name} ${type}`;
   const [given, setGiven] = useKept<Given>(memory, `${key} given`, {});
@@ -203,6 +235,9 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   }, [link]);
 
   React.useEffect(() => {
+    if (away && (fields !== null || kind === 'parameter')) {
+      return;
+    }
     let wanted = true;
     setFailed('');
     link.request('inspector.form', { kind, name, type_name: type }).then(
@@ -218,7 +253,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
     return () => {
       wanted = false;
     };
-  }, [link, kind, name, type, reading]);
+  }, [link, kind, name, type, reading, away]);
 
   const settable = kind === 'parameter' ? (fields ?? []).filter(field => !field.fixed) : [];
   const one = settable.find(field => field.name === parameter) ?? settable[0];
@@ -268,7 +303,11 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
   const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
   return (
     <>
-      {type && <p className="ros-quiet ros-type">{breakable(type)}</p>}
+      {(type || away) && (
+        <p className={away ? 'ros-type' : 'ros-quiet ros-type'} role="status">
+          {away ? <>{breakable(name)} is not there now.</> : breakable(type)}
+        </p>
+      )}
       <form onSubmit={event => void send(event)} noValidate>
         {kind === 'parameter' && one && (
           <label>
@@ -291,7 +330,7 @@ function Sending({ memory, link, kind, name, type }: About): JSX.Element {
             {KINDS[kind].send}
           </button>
           {kind === 'parameter' && (
-            <button type="button" onClick={() => setReading(reading + 1)}>
+            <button type="button" aria-disabled={away} onClick={() => setReading(reading + 1)}>
               Read again
             </button>
           )}

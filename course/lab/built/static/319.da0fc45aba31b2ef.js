@@ -641,6 +641,12 @@ body[data-jp-theme-light='false'] {
   padding: 1px 8px;
 }
 
+/* What was chosen, and is not there now. */
+.ros-Panel select.ros-mod-away {
+  font-style: italic;
+  opacity: 0.7;
+}
+
 .ros-Panel button:not(:disabled, [aria-disabled='true']) {
   cursor: pointer;
 }
