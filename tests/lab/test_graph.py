@@ -1,6 +1,6 @@
 """The graph, from the kernel's side: who is there and what passes between them, as they come and go."""
 
-from tests.browser.pages import SERVER
+from tests.browser.pages import SERVER, TWIN
 from tests.lab.client import Client
 
 CROWD = """import rclpy
@@ -45,6 +45,21 @@ def test_nodes_and_what_passes_between_them_come_and_go(kernel, page):
     assert graph["nodes"] == ["/caller", "/greeter"]
     kernel.run("ros.stop()")
     graph_until(page, lambda graph: graph == {"nodes": [], "things": [], "edges": []})
+
+
+def test_nodes_of_one_name_are_told(kernel, page):
+    (kernel.folder / "twin.py").write_text(TWIN)
+    kernel.run(
+        "import subprocess, sys\nros.start('twin.py')\n"
+        "outside = subprocess.Popen([sys.executable, 'twin.py'], start_new_session=True)"
+    )
+    page.subscribe("graph")
+    graph = graph_until(page, lambda graph: "twins" in graph)
+    assert (graph["nodes"], graph["twins"]) == (["/twin"], {"/twin": 2})
+    kernel.run("outside.terminate()")
+    graph = graph_until(page, lambda graph: "twins" not in graph)
+    assert graph["nodes"] == ["/twin"]
+    kernel.run("ros.stop()")
 
 
 def test_what_every_node_has_and_the_courses_own_are_shown_when_asked_for(kernel, page):

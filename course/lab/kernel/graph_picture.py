@@ -1,5 +1,6 @@
 """The ROS graph as data for a picture: nodes, and the topics, services and actions between them."""
 
+from collections import Counter
 from typing import Any
 
 from course.lab.kernel.nodes import endpoints
@@ -28,7 +29,8 @@ def add(panels: Panels) -> None:
 def state(everything: bool) -> dict[str, Any]:
     """Return {"nodes": names, "things": [[kind, name, type], ...], "edges": [[node, role, kind, name], ...]}.
 
-    Of too many nodes and things, only the first are returned, with the number of the others as "left_out".
+    Of too many nodes and things, only the first are returned, with the number of the others as "left_out".  Nodes of
+    one name are one: "twins" has their number, by name, if there are any.
 
     Hidden nodes, such as the course's own, and the topics and services of every node are left out unless `everything`.
     Without a session, "nodes" is None.
@@ -37,7 +39,8 @@ def state(everything: bool) -> dict[str, Any]:
         return {"nodes": None, "things": [], "edges": []}
     things: dict[tuple[str, str], str] = {}
     edges = []
-    names = _names(live, everything)
+    running = _names(live, everything)
+    names = sorted(running, key=lambda name: (base(name), name))
     names, left_out = names[:NODES], len(names[NODES:])
     for node in names:
         for role, found in endpoints(live, node, everything=everything).items():
@@ -50,13 +53,14 @@ def state(everything: bool) -> dict[str, Any]:
         things = dict(sorted(things.items())[:THINGS])
         edges = [edge for edge in edges if (edge[2], edge[3]) in things]
     told = {"nodes": names, "things": [[*key, kind] for key, kind in sorted(things.items())], "edges": edges}
-    return told | ({"left_out": left_out} if left_out else {})
+    twins = {name: count for name in names if (count := running[name]) > 1}
+    return told | ({"left_out": left_out} if left_out else {}) | ({"twins": twins} if twins else {})
 
 
-def _names(live: Session, everything: bool) -> list[str]:
-    """Return the full names of the running nodes, each once."""
-    names = {row.name for row in live.rows() if row.alive and row.name.startswith("/")}
+def _names(live: Session, everything: bool) -> Counter[str]:
+    """Return the full names of the running nodes, and how many have each."""
+    names = Counter(row.name for row in live.rows() if row.alive and row.name.startswith("/"))
     if everything:
         spaces = live.node.get_node_names_and_namespaces()
-        names |= {f"{space.rstrip('/')}/{name}" for name, space in spaces if name.startswith("_")}
-    return sorted(names, key=lambda name: (base(name), name))
+        names |= Counter({f"{space.rstrip('/')}/{name}" for name, space in spaces if name.startswith("_")})
+    return names

@@ -69,7 +69,8 @@ def publish(live: Session, interface: Interface, name: str, message: Any, rate: 
     A repeated publication ends when it is stopped, no page shows it any more, another message is published on the topic
     from here, or the session ends.
     """
-    exchange = keep(Exchange("topic", name, interface.name))
+    about = "It goes on while the Inspector is open. To change it, publish again." if rate else ""
+    exchange = keep(Exchange("topic", name, interface.name, about=about))
     stop = Stop()
     if name in _repeating:
         _repeating.pop(name).cancel()

@@ -27,6 +27,7 @@ interface Graph {
   things: [Kind, string, string][];
   edges: [string, Role, Kind, string][];
   left_out?: number; // if there are too many nodes, topics, services and actions
+  twins?: { [name: string]: number }; // of nodes that have a name together
 }
 
 // In these roles, messages go from the node to the topic, service or action.
@@ -122,6 +123,7 @@ interface Box {
   id: string;
   kind: Kind | 'node';
   name: string;
+  text: string;
   x: number;
   y: number;
   width: number;
@@ -144,21 +146,22 @@ function drawn(graph: Graph, down: boolean): Drawn {
   const laid = new graphlib.Graph();
   laid.setGraph({ rankdir: down ? 'TB' : 'LR', nodesep: 14, ranksep: 34, marginx: 6, marginy: 6 });
   laid.setDefaultEdgeLabel(() => ({}));
-  const kinds = new Map<string, [Kind | 'node', string]>();
-  graph.nodes!.forEach(name => kinds.set(`node ${name}`, ['node', name]));
-  graph.things.forEach(([kind, name]) => kinds.set(`${kind} ${name}`, [kind, name]));
-  kinds.forEach(([, name], id) =>
-    laid.setNode(id, { width: CHARACTER * short(name).length + 26, height: HEIGHT })
-  );
+  const kinds = new Map<string, [Kind | 'node', string, string]>();
+  graph.nodes!.forEach(name => {
+    const twins = graph.twins?.[name];
+    kinds.set(`node ${name}`, ['node', name, `${short(name)}${twins ? ` (${twins})` : ''}`]);
+  });
+  graph.things.forEach(([kind, name]) => kinds.set(`${kind} ${name}`, [kind, name, short(name)]));
+  kinds.forEach(([, , text], id) => laid.setNode(id, { width: CHARACTER * text.length + 26, height: HEIGHT }));
   for (const [node, role, kind, name] of graph.edges) {
     const ends = [`node ${node}`, `${kind} ${name}`];
     const [from, to] = OUT.has(role) ? ends : ends.reverse();
     laid.setEdge(from, to, {});
   }
   layout(laid);
-  const boxes = [...kinds].map(([id, [kind, name]]) => {
+  const boxes = [...kinds].map(([id, [kind, name, text]]) => {
     const { x, y, width } = laid.node(id) as unknown as Box;
-    return { id, kind, name, x, y, width };
+    return { id, kind, name, text, x, y, width };
   });
   const edges = laid.edges().map(({ v, w }) => {
     const points = (laid.edge(v, w) as unknown as { points: { x: number; y: number }[] }).points;
@@ -192,7 +195,8 @@ function said(box: Box, graph: Graph): string {
   const about = graph.edges
     .filter(([node, , kind, name]) => (box.kind === 'node' ? node === box.name : kind === box.kind && name === box.name))
     .map(([node, role, , name]) => (box.kind === 'node' ? `${role} ${name}` : `${node} ${role} it`));
-  return `${box.kind} ${box.name}${about.length ? `: ${about.join(', ')}` : ''}`;
+  const twins = box.kind === 'node' && graph.twins?.[box.name];
+  return `${box.kind} ${box.name}${twins ? `, ${twins} of this name` : ''}${about.length ? `: ${about.join(', ')}` : ''}`;
 }
 
 /** Return the picture as a column of boxes, in the order of another one from top to bottom; the edges are bows. */
@@ -309,7 +313,7 @@ function Picture({ graph, selected, open }: { graph: Graph; selected: string; op
               <title>{`${box.kind} ${box.name}`}</title>
               <Shape kind={box.kind} width={box.width} />
               <text textAnchor="middle" y={4}>
-                {short(box.name)}
+                {box.text}
               </text>
             </g>
           ))}
@@ -367,6 +371,9 @@ function List({ graph, selected, choose }: Chosen): JSX.Element {
           >
             <span className="ros-name">{node}</span>
           </button>
+          {graph.twins?.[node] && (
+            <div>{graph.twins[node]} nodes have this name. Nodes shows where each runs: stop one, or give it another name.</div>
+          )}
           {[...(roles.get(node) ?? [])].map(([role, names]) => (
             <div key={role}>
               {role} <code>{names.join(', ')}</code>

@@ -5,7 +5,7 @@ import { LabIcon } from '@jupyterlab/ui-components';
 import * as React from 'react';
 
 import { Current } from './current';
-import { ExchangeView } from './exchange';
+import { Exchange, ExchangeView } from './exchange';
 import { Field, FormFields, Given, initial } from './form';
 import { Link } from './link';
 import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
@@ -35,10 +35,17 @@ const NOTHING: { [kind in Kind]: string } = {
   parameter: 'No node runs.'
 };
 const PAUSE = 250; // ms without typing until the form is read
+const INSPECTOR = 'ros2-course-inspector';
 
 export class InspectorPanel extends SidePanel {
   constructor(current: Current) {
-    super(current, 'ros2-course-inspector', 'Inspector', inspectorIcon);
+    super(current, INSPECTOR, 'Inspector', inspectorIcon);
+    window.addEventListener('pagehide', this._keep);
+  }
+
+  dispose(): void {
+    window.removeEventListener('pagehide', this._keep);
+    super.dispose();
   }
 
   /** Choose something in the panel when it is shown next, or now. */
@@ -55,11 +62,30 @@ export class InspectorPanel extends SidePanel {
     return <Inspector key={this._chosen} current={this.current} memory={this._memory} />;
   }
 
+  private _keep = () => keep(this._memory);
   private _chosen = 0;
-  private _memory: Memory = new Map(); // a hidden panel is not drawn, and must not lose its input
+  private _memory: Memory = kept(); // a hidden panel is not drawn, and must not lose its input
 }
 
 type Memory = Map<string, any>;
+
+/** Keep the input for the time in which the page is loaded again. */
+function keep(memory: Memory): void {
+  try {
+    sessionStorage.setItem(INSPECTOR, JSON.stringify([...memory]));
+  } catch {
+    sessionStorage.removeItem(INSPECTOR); // the browser allows less
+  }
+}
+
+/** Return the input that was kept, or none. */
+function kept(): Memory {
+  try {
+    return new Map(JSON.parse(sessionStorage.getItem(INSPECTOR) ?? '[]'));
+  } catch {
+    return new Map();
+  }
+}
 
 /** What was chosen of each kind, in one kernel. */
 type Choices = { [kind in Kind]?: string } & { kernel?: string };
@@ -84,6 +110,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   const [offers, setOffers] = React.useState<Offers | null>(null);
   const [kind, setKind] = useKept<Kind>(memory, 'kind', 'service');
   const [chosen, setChosen] = useKept<Choices>(memory, 'chosen', {});
+  const [repeated, setRepeated] = useKept<string[]>(memory, 'repeated', []); // publications, by their numbers
   const [failed, setFailed] = React.useState('');
   useTopic(
     link,
@@ -106,6 +133,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
           if (found && untouched()) {
             pick(found.kind, `${found.name} ${found.kind === 'parameter' ? '' : found.type}`);
             setKind(found.kind);
+            setRepeated(found.kind === 'topic' ? [found.number] : []);
           }
         },
         () => undefined
@@ -148,6 +176,17 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
         {failed || message || (offers && !name ? NOTHING[kind] : '')}
       </div>
       <FirstCell current={current} link={link} />
+      {message === null &&
+        repeated
+          .filter(number => number !== memory.get(`${kind} ${what} exchange`)) // which has a timeline below
+          .map(number => (
+            <Repeated
+              key={number}
+              link={link!}
+              number={number}
+              ended={() => setRepeated(memory.get('repeated').filter((each: string) => each !== number))}
+            />
+          ))}
       {message === null && (
         <div className="ros-Form" onFocus={() => name && chosen[kind] !== what && pick(kind, what)}>
           <label>
@@ -183,11 +222,41 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
             </label>
           )}
           {name && (
-            <Sending key={`${kind} ${what}`} memory={memory} link={link!} kind={kind} name={name} type={type} away={away} />
+            <Sending
+              key={`${kind} ${what}`}
+              memory={memory}
+              link={link!}
+              kind={kind}
+              name={name}
+              type={type}
+              away={away}
+              repeats={number => setRepeated([...repeated, number])}
+            />
           )}
         </div>
       )}
     </>
+  );
+}
+
+/** A repeated publication that goes on while the form is another one's. */
+function Repeated({ link, number, ended }: { link: Link; number: string; ended: () => void }): JSX.Element | null {
+  const [exchange, setExchange] = React.useState<Exchange | null>(null);
+  const take = (found: Exchange) => (found.state === 'running' ? setExchange(found) : ended());
+  useTopic(link, 'inspector.exchange', { number }, take, () => setExchange(null), ended);
+  const stop = (event: React.MouseEvent) => {
+    event.currentTarget.closest<HTMLElement>('.ros-Panel')?.focus(); // this button will be gone
+    link.request('inspector.cancel', { number }).catch(() => undefined); // it has just ended
+  };
+  return (
+    exchange && (
+      <div className="ros-Repeated" role="group" aria-label={`Published on ${exchange.name}`}>
+        <span>
+          <strong>{breakable(exchange.name)}</strong>: {exchange.note}
+        </span>
+        <button onClick={stop}>Stop</button>
+      </div>
+    )
   );
 }
 
@@ -206,6 +275,7 @@ interface About {
   name: string;
   type: string;
   away: boolean; // not there now
+  repeats: (number: string) => void; // called with a repeated publication that has begun
 }
 
 interface Looked {
@@ -214,7 +284,7 @@ interface Looked {
   ros2: string;
 }
 
-function Sending({ memory, link, kind, name, type, away }: About): JSX.Element {
+function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.Element {
   const [fields, setFields] = React.useState<Field[] | null>(null);
   const key = `${kind} ${name} ${type}`;
   const [given, setGiven] = useKept<Given>(memory, `${key} given`, {});
@@ -293,7 +363,11 @@ function Sending({ memory, link, kind, name, type, away }: About): JSX.Element {
       const found: Looked = await link.request('inspector.look', asked);
       setLooked(found);
       if (Object.keys(found.wrong).length === 0) {
-        setExchange(await link.request('inspector.send', { ...asked, timeout: Number(timeout) || 5 }));
+        const number: string = await link.request('inspector.send', { ...asked, timeout: Number(timeout) || 5 });
+        setExchange(number);
+        if (asked.rate) {
+          repeats(number);
+        }
       }
     } catch (error) {
       setFailed((error as Error).message);

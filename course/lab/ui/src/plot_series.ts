@@ -146,7 +146,7 @@ export function draw(
   context.fillStyle = ink;
   context.textBaseline = 'middle';
   context.textAlign = 'right';
-  const rise = stepOf(high - low, (bottom - top) / 40);
+  const rise = stepOf(high - low, Math.max(4, (bottom - top) / 40));
   const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(rise) + 1e-9)));
   context.beginPath();
   for (let number = Math.ceil(low / rise); number * rise <= high; number++) {

@@ -641,6 +641,18 @@ body[data-jp-theme-light='false'] {
   padding: 1px 8px;
 }
 
+/* A publication that goes on. */
+.ros-Repeated {
+  align-items: center;
+  border-left: 4px solid var(--jp-warn-color1);
+  display: flex;
+  flex: none;
+  gap: 8px;
+  justify-content: space-between;
+  margin-bottom: 8px;
+  padding-left: 8px;
+}
+
 /* What was chosen, and is not there now. */
 .ros-Panel select.ros-mod-away {
   font-style: italic;
