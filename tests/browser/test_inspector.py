@@ -108,6 +108,7 @@ ros.until(pathlib.Path('stop').exists, 600)
 ros.stop('dies.py')"""
 
 
+@pytest.mark.long("a goal, a page that is loaded again, and a server that dies and comes back")
 def test_a_form_that_is_loaded_again_shows_the_goal_and_one_whose_server_dies_stays(lab, page):
     panel = begin(page, lab, "reloaded", SERVERS.replace("time.sleep(0.05)", "time.sleep(1)"))
     panel.get_by_label("What to do").select_option("Send a goal")
