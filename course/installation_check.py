@@ -184,18 +184,22 @@ def _quiet() -> Iterator[None]:
 
 
 def report(checks: tuple[Check, ...] = CHECKS, console: Console | None = None) -> int:
-    """Run the checks and print a table; 1 if a student could not work, else 0."""
+    """Run the checks and print a table; 1 if a student could not work, else 0.  A terminal shows which one runs."""
+    console = console or Console()
     table = Table(title="course doctor")
     table.add_column("")
     table.add_column("check")
     table.add_column("found, or what to do", overflow="fold")
     failed = False
-    for check in checks:
-        try:
-            table.add_row("[green]ok[/]", check.title, check.test())
-        except Exception as error:
-            failed |= check.student
-            line = str(error).strip().splitlines() or [type(error).__name__]
-            table.add_row("[red]no[/]" if check.student else "[yellow]no[/]", check.title, f"{line[0]}: {check.cure}")
-    (console or Console()).print(table)
+    with console.status("") as status:
+        for check in checks:
+            status.update(f"checking: {check.title}")
+            try:
+                table.add_row("[green]ok[/]", check.title, check.test())
+            except Exception as error:
+                failed |= check.student
+                line = str(error).strip().splitlines() or [type(error).__name__]
+                told = f"{line[0]}: {check.cure}"
+                table.add_row("[red]no[/]" if check.student else "[yellow]no[/]", check.title, told)
+    console.print(table)
     return int(failed)

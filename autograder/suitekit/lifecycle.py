@@ -10,6 +10,7 @@ stateDiagram-v2
     STARTING --> SERVING: it offers what is wanted
     STARTING --> DOWN: it died, or shows no node in time; a second try, then a fault for what was wanted
     SERVING --> SERVING: it answers, or offers more of what is wanted
+    STARTING --> DOWN: it shows a node that offers nothing; a second try
     SERVING --> DOWN: it does not offer the rest in time, as above
     SERVING --> DOWN: it died while it was asked; asked once more, unless it raised or was stopped
     DOWN --> DOWN: what it has never answered, but often with silence or the same exception, is not asked again
@@ -194,7 +195,8 @@ class Lifecycle(ABC):
                 self.state = State.SERVING
                 return
             fault = self._why_not_up(wanted, waited)
-            if isinstance(fault, Wrong):
+            seen = self.other_services() or self.other_topics()  # and not only a node, whose services may come late
+            if isinstance(fault, Wrong) and (fault.certain or seen or limit < START):
                 break
             self.end()
         self._missed[wanted] = fault

@@ -3,11 +3,13 @@
 import io
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from course.foundation.waiting import wait_until
 from course.installation_check import CHECKS, Check, brief, report
 
 
@@ -23,6 +25,19 @@ def test_only_what_a_student_needs_fails_the_command(student, status):
     fine, lost = (line for line in out.getvalue().splitlines() if "fine" in line or "lost" in line)
     assert "ok" in fine and "found" in fine
     assert "no" in lost and "it is not there: look for it" in lost
+
+
+def test_a_terminal_shows_which_check_runs():
+    out = io.StringIO()
+    shown = threading.Event()
+
+    def slow() -> str:
+        assert wait_until(lambda: "checking: slow" in out.getvalue(), 5.0)
+        shown.set()
+        return "found"
+
+    assert report((Check("slow", slow, "nothing"),), Console(file=out, width=100, force_terminal=True)) == 0
+    assert shown.is_set()
 
 
 def test_brief_is_a_line_for_each_check_that_a_student_needs(capsys):

@@ -455,7 +455,8 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("(error - self.last_error)", "(self.last_error - error)", "with kd = 2 alone, an error that goes from 1 to 4"),
+        ("(error - self.last_error)", "(self.last_error - error)", "an error that goes from 2 to 3 must give"),
+        ("(error - self.last_error)", "2 * (error - self.last_error)", "with kd = 2 alone, an error that goes from"),
         ("'kd', 0.0, 10.0", "'kd', 0.0, 100.0",
          "the descriptor of kd must have a range from 0 to 10, without a step; it has from 0 to 100, step 0"),
         ("'elbow', ParameterDescriptor(read_only=True)", "'elbow', ParameterDescriptor()",
@@ -464,7 +465,7 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
         pytest.param("error * step", "error", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
         pytest.param(STEP, f"1e9 * ({STEP})", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
         (KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
-        pytest.param(KI_ALONE, "if param.name[0] == 'k':", "a set of {'kd': 0.0}, with ki at 5 before, must leave the",
+        pytest.param(KI_ALONE, "if param.name[0] == 'k':", "a set of {'kd': 0.5}, with ki at 5 before, must leave the",
                      marks=pytest.mark.matrix),
     ],
 )  # fmt: skip

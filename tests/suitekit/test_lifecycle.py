@@ -198,10 +198,8 @@ def test_a_slow_offer_is_waited_for():
 
 
 def test_a_node_without_the_offer():
-    life = Fake({"offers": {STATUS: 1.0}})
-    with pytest.raises(
-        Wrong, match="^sum.py runs a node, but it does not offer the service /sum. The node has no .* Does "
-    ):
+    life = Fake({"offers": {STATUS: 1.0, "/other": 1.0}})
+    with pytest.raises(Wrong, match="^sum.py runs, but does not offer the service /sum. It offers: /other"):
         life.up(SUM)
     assert life.clock.now == 0.5 + SETTLED  # not as long as for the node
     assert (life.state, life.starts, life.program.alive) == (State.STARTING, 1, True)
@@ -210,6 +208,21 @@ def test_a_node_without_the_offer():
     with pytest.raises(Wrong, match="does not offer the service /sum"):
         life.ask(SUM)
     assert life.clock.now == 0.5 + SETTLED  # known: not waited for again
+
+
+def test_a_node_that_offers_nothing_is_started_once_more():
+    """On a busy machine, what a node offers may be discovered long after its name, or never."""
+    life = Fake({"offers": {}}, {"offers": {SUM: 1.0}})
+    assert life.ask(SUM) == "yes" and life.starts == 2
+    life = Fake({"offers": {}})
+    with pytest.raises(
+        Wrong, match="^sum.py runs a node, but it does not offer the service /sum. The node has no .* Does "
+    ):
+        life.up(SUM)
+    assert (life.state, life.starts, life.program.alive) == (State.STARTING, 2, True)
+    with pytest.raises(Wrong, match="does not offer the service /sum"):
+        life.ask(SUM)
+    assert life.starts == 2  # known
 
 
 def test_other_topics_are_told():
