@@ -196,7 +196,7 @@ class Lifecycle(ABC):
                 return
             fault = self._why_not_up(wanted, waited)
             seen = self.other_services() or self.other_topics()  # and not only a node, whose services may come late
-            if isinstance(fault, Wrong) and (fault.certain or seen or limit < START):
+            if isinstance(fault, Wrong) and (fault.certain or seen or self.starts > 1):
                 break
             self.end()
         self._missed[wanted] = fault
