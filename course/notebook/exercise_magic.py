@@ -96,9 +96,10 @@ def _write(path: Path, cell: str) -> None:
 
     A text that is nowhere else is kept in a copy, which the reader is told.
     """
-    copy, by_a_cell = None, file_record.written(path.parent).get(path.name) == file_record.digest_of(path)
+    copy, by_a_cell = None, False
     try:
         if (present := only_in_the_file(path, cell)) is not None:
+            by_a_cell = file_record.written(path.parent).get(path.name) == file_record.digest(present)
             copy = keep_copy(path.parent, path.name, present, "edited")
         storage.replace(path, cell.encode("utf-8", errors="replace"))
     except IsADirectoryError:

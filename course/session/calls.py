@@ -221,10 +221,11 @@ class Calls:
     def _blocked(self, service: str) -> str:
         """Return why a node's callback may not answer at `service`, from its text."""
         for handle in list(self._handles.values()):
+            if service not in handle.services:
+                continue
             text, name = (handle.source, "") if isinstance(handle, NodeProcess) else handle.callback_of(service)
             threads = 1 if isinstance(handle, NodeProcess) else handle.threads
-            why = blocked(text, service, name, threads=threads, is_served=self.node.count_services)
-            if service in handle.services and why:
+            if why := blocked(text, service, name, threads=threads, is_served=self.node.count_services):
                 self.watch.forget("inside a callback")  # the guards have reported the same
                 return why
         return ""

@@ -427,13 +427,14 @@ def spins_a_class(source: str) -> tuple[str, str, int] | None:
 
 def called_callback(source: str) -> tuple[str, int] | None:
     """Return the method that is called where it should be passed as a callback, and the line of the call."""
-    tree, own = parse(source), methods(source)
+    tree = parse(source)
+    own = methods(source) - _makers(tree)
     for name, where in CALLBACKS.items():
         for call in calls(tree, name):
             given = argument(call, *where)
             if not isinstance(given, ast.Call) or given.args or given.keywords:
                 continue  # what takes arguments may make the callback
-            if name_of(given.func) in own - _makers(tree):
+            if name_of(given.func) in own:
                 return name_of(given.func), given.lineno
     return None
 
