@@ -9,12 +9,13 @@ from __future__ import annotations
 import contextlib
 import functools
 import inspect
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
-from types import FunctionType, SimpleNamespace
+from types import FrameType, FunctionType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Protocol
 
 from rclpy._rclpy_pybind11 import InvalidHandle, NodeNameNonExistentError, RCLError
@@ -120,6 +121,30 @@ def is_served(client: Client | ActionClient) -> bool:
     """Return True if a client, or an action client, has found a server."""
     ready = getattr(client, "server_is_ready", None) or client.service_is_ready  # type: ignore[union-attr]
     return bool(ready())
+
+
+def busy_receiver(client: Client) -> str:
+    """Return what would receive `client`'s response, and is busy with this thread's callback; '' if nothing is.
+
+    Seen in 7.1.6: what a callback was called for, and by which executor, only rclpy's own frames tell.
+    """
+    import rclpy.executors
+    from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+
+    frame: FrameType | None = sys._getframe()
+    group = None
+    while frame is not None:
+        if frame.f_code.co_filename == rclpy.executors.__file__:
+            group = getattr(frame.f_locals.get("entity"), "callback_group", group)
+            executor = frame.f_locals.get("self")
+            if isinstance(executor, rclpy.executors.SingleThreadedExecutor) and any(
+                client in node.clients for node in executor.get_nodes()
+            ):
+                return "the executor"
+        frame = frame.f_back
+    if isinstance(group, MutuallyExclusiveCallbackGroup) and group is client.callback_group:
+        return "the client's callback group"
+    return ""
 
 
 class _Kept(dict[bytes, Callable[..., Any]]):

@@ -27,7 +27,7 @@ from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
 from course.foundation.waiting import wait_until
-from course.ros.rclpy_internals import client_of, is_served, is_shut_down, replace_in_rclpy
+from course.ros.rclpy_internals import busy_receiver, client_of, is_served, is_shut_down, owner, replace_in_rclpy
 from course.session.source import is_cell, running_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
@@ -224,6 +224,12 @@ class Guards:
     def _call(self, original: Callable[..., Any]) -> Callable[..., Any]:
         def call(self_: Client, request: Any, timeout_sec: float | None = None) -> Any:
             if not in_main_thread():
+                if timeout_sec is None and (why := busy_receiver(self_)):
+                    self._notice(
+                        f"`call(...)` inside a callback of '{owner(self_).lstrip('/')}' waits for a response of "
+                        f"{self_.service_name} that only its own executor can receive, and {why} is busy with this "
+                        "callback. Make it `async def`, and write `await client.call_async(...)`."
+                    )
                 return original(self_, request, timeout_sec)
 
             def tell() -> None:

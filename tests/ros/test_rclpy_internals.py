@@ -4,9 +4,11 @@ import inspect
 import os
 import threading
 
+import pytest
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
 from rclpy.action import ActionClient, ActionServer
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -17,6 +19,7 @@ from std_msgs.msg import String
 from course.foundation.waiting import wait_until
 from course.ros import rclpy_internals
 from course.ros.discovery import is_of_process
+from course.session.spinner import Spinner
 
 
 def test_shutting_an_executor_down_leaves_its_threads():
@@ -37,6 +40,30 @@ def test_pending_requests_are_cancelled(node):
     future = client.call_async(AddTwoInts.Request())
     rclpy_internals.cancel_pending_requests(client)
     assert future.cancelled()
+
+
+@pytest.mark.parametrize(
+    ("threads", "groups", "busy"),
+    [
+        (1, (None, None), "the executor"),
+        (1, (ReentrantCallbackGroup, MutuallyExclusiveCallbackGroup), "the executor"),
+        (2, (None, None), "the client's callback group"),
+        (2, (MutuallyExclusiveCallbackGroup, MutuallyExclusiveCallbackGroup), ""),
+        (2, (ReentrantCallbackGroup, ReentrantCallbackGroup), ""),
+    ],
+)
+def test_what_is_busy_with_the_callback_that_waits_is_known(node, threads, groups, busy):
+    """`groups` are those of the timer and of the client; None is the default group."""
+    of_timer, of_client = (kind and kind() for kind in groups)
+    client = node.create_client(AddTwoInts, "nobody", callback_group=of_client)
+    found = []
+    node.create_timer(0.01, lambda: found.append(rclpy_internals.busy_receiver(client)), callback_group=of_timer)
+    spinner = Spinner(node, threads)
+    spinner.start()
+    assert wait_until(lambda: found, 10)
+    assert spinner.stop(destroy=False)
+    assert {*found} == {busy}
+    assert rclpy_internals.busy_receiver(client) == ""
 
 
 def test_a_node_tells_whether_it_was_initialized(node):
