@@ -296,14 +296,19 @@ class Calls:
     def _ready(self, client: Client, timeout: float) -> None:
         if not wait_until(client.service_is_ready, min(timeout, GRACE), alert=False):
             self._look_at(client.service_name, again=True)  # there is no server, and a node has died
-            if timeout > GRACE and (why := self._misfit(client) or self._never(client)):
-                raise CallTimeout(f"no server for {client.service_name} within {GRACE:g} s. {why}")
+            if timeout > GRACE and (why := self._unfit(client)):
+                raise CallTimeout(f"no server for {client.service_name}. {why}")
         left = timeout - GRACE
         if left > PATIENT and not wait_until(client.service_is_ready, TELLING):
             say(f"Still waiting for {client.service_name}. {self.apart(client)}")
             left -= TELLING
-        stuck = self._stuck("create_service", client.service_name)
-        if not wait_until(client.service_is_ready, left, unless=stuck) and not client.service_is_ready():
+        stuck, unfit = self._stuck("create_service", client.service_name), self._later_unfit(client)
+        if (
+            not wait_until(client.service_is_ready, left, unless=lambda: stuck() or unfit())
+            and not client.service_is_ready()
+        ):
+            if why := unfit():
+                raise CallTimeout(f"no server for {client.service_name}. {why}")
             if at := stuck():
                 raise CallTimeout(f"no server for {client.service_name} yet.{at}")
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
@@ -374,6 +379,25 @@ class Calls:
         if types and kind not in types:
             return f"It is served with the type {min(types)}, but you use {kind}."
         return unfit_service(self.node, name, self._handles)
+
+    def _unfit(self, client: Client) -> str:
+        """Return why no server that is here, or is coming, will ever answer this client; '' while one may."""
+        return self._misfit(client) or self._never(client)
+
+    def _later_unfit(self, client: Client) -> Callable[[], str]:
+        """Return a function for a wait for a server, to be called again and again, which looks each `GRACE` s.
+
+        It returns '', or why no server will answer: on a busy machine the graph is learnt late.
+        """
+        looked, found = time.monotonic(), ""
+
+        def look() -> str:
+            nonlocal looked, found
+            if not found and time.monotonic() - looked >= GRACE:
+                looked, found = time.monotonic(), self._unfit(client)
+            return found
+
+        return look
 
     def _never(self, client: Client) -> str:
         """Return why a client finds no server, if the text of no running program can create one; '' otherwise."""

@@ -317,12 +317,12 @@ def test_a_service_of_another_type_is_told_before_the_time_is_over(session, tmp_
     )
     session.start(file)
     began = time.monotonic()
-    says = "within 1 s. It is served with the type std_srvs/srv/SetBool, but you use std_srvs/srv/Trigger."
+    says = "no server for /ask. It is served with the type std_srvs/srv/SetBool, but you use std_srvs/srv/Trigger."
     with pytest.raises(CallTimeout, match=re.escape(says)):
         session.call("/ask", Trigger, timeout=30.0)
     file.write_text(file.read_text().replace("SetBool, 'ask'", "SetBool, 'asks'"))
     session.start(file)
-    with pytest.raises(CallTimeout, match=r"no server for /ask within 1 s\. Served here: /asks\."):
+    with pytest.raises(CallTimeout, match=r"no server for /ask\. Served here: /asks\."):
         session.call("/ask", Trigger, timeout=30.0)
     assert time.monotonic() - began < 20.0
 
