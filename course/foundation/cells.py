@@ -5,7 +5,7 @@ It runs nothing and accepts any file, so that handed-in notebooks can be read, t
 
 import json
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from course.foundation.untrusted import read_regular
 MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 STUB = "YOUR CODE HERE"  # what a release leaves where a solution was, in a comment
 MOST = 100_000_000  # bytes of a notebook; one with many pictures has some 10,000,000
+CAPITAL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where a word begins in the name of a class
 PASSED = "passed"  # the outcome of a public check other than "not yet: ..."
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 
@@ -75,6 +76,18 @@ def readable(paths: Iterable[Path]) -> Iterator[tuple[Path, list[Cell]]]:
         except (UnreadableNotebook, OSError):
             continue
         yield path, known
+
+
+def check_meant(words: Iterable[str], known: Collection[str]) -> str:
+    """Return the name of the check, of those known, that one of these words stands for; '' if none does.
+
+    The words are names of variables, files, classes or nodes: `lift_server.py` and `LiftServer` stand for lift-server.
+    """
+    for word in words:
+        name = CAPITAL.sub("-", word.partition(".")[0]).replace("_", "-").lower()
+        if found := [each for each in known if each == name or each.startswith(f"{name}-")]:
+            return name if name in found else found[0]
+    return ""
 
 
 def text_of(value: Any) -> str:

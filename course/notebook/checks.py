@@ -1,9 +1,11 @@
 """`check()`: runs the notebook's public checks again, with one line of output each."""
 
+import builtins
 import contextlib
 import io
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 from IPython import get_ipython
 
@@ -11,15 +13,15 @@ from course.errors import CourseError, ExerciseError
 from course.foundation import cells
 from course.notebook.extension import reason
 from course.notebook.file_differences import differences
-from course.notebook.needed_cells import names_of
+from course.notebook.needed_cells import SESSION, names_of
 from course.session.live import current
 
 
 def check(name: str = "") -> None:
     """Run the public checks called `name`, or all, of the notebook in the kernel's folder, and print each outcome.
 
-    They are the notebook's locked cells as last saved, and use the variables of the cells run so far.  Files that
-    differ from their cells are reported first.  Raises ExerciseError for a name that is no text.
+    They are the notebook's locked cells as last saved, and use copies of the variables of the cells run so far.  Files
+    that differ from their cells are reported first.  Raises ExerciseError for a name that is no text.
     """
     session = current()
     if session and (why := session.elsewhere):
@@ -35,8 +37,9 @@ def check(name: str = "") -> None:
     for why in differences().values():
         print(f"note: {why}")
     failed: list[str] = []
+    names = _names()
     for found, source in checks.items():
-        said = _run(source, {each: known[each] for each in failed})
+        said = _run(source, names, {each: known[each] for each in failed})
         failed += [found] if said != cells.PASSED else []
         print(f"{found}: {said}")
 
@@ -44,15 +47,25 @@ def check(name: str = "") -> None:
 def _expect_text(name: object, known: Collection[str]) -> None:
     """Raise ExerciseError for the name of a check without quotation marks, which is also a variable's."""
     if not isinstance(name, str):
-        meant = next((each for each in known if get_ipython().user_ns.get(each) is name), next(iter(known), "name"))
+        of_cells = (each for each, value in [*get_ipython().user_ns.items()] if value is name)
+        own = (getattr(name, "name", ""), getattr(name, "__name__", ""), type(name).__name__)
+        words = [each for each in (*of_cells, *own) if isinstance(each, str)]
+        meant = cells.check_meant(words, known) or next(iter(known), "name")
         raise ExerciseError(f"the name of a check is a text, in quotation marks: course.check({meant!r})")
 
 
-def _run(source: str, failed: dict[str, str]) -> str:
+def _names() -> dict[str, Any]:
+    """Return the names of the cells run so far, without those that hide a function of Python itself or the session."""
+    of_python = {name for name in dir(builtins) if not name.startswith("__")}
+    names = {name: value for name, value in get_ipython().user_ns.items() if name not in of_python}
+    return {**names, SESSION: session} if (session := current()) else names
+
+
+def _run(source: str, names: dict[str, Any], failed: dict[str, str]) -> str:
     shell = get_ipython()
     try:
         with contextlib.redirect_stdout(io.StringIO()):
-            exec(compile(shell.transform_cell(source), "check", "exec"), shell.user_ns)
+            exec(compile(shell.transform_cell(source), "check", "exec"), names)
     except (AssertionError, CourseError) as error:
         return f"not yet: {error}"
     except NameError as error:

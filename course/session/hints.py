@@ -17,6 +17,7 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from course.foundation import cells
 from course.foundation.untrusted import read_regular
 from course.session.arguments import argument_count, order_of_arguments, wrong_kind
 from course.session.imports import is_there, wrong_import
@@ -538,6 +539,10 @@ def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
     if not named or (found[1] and found[1] not in re.split(r"\s*-\s*", named[1])):
         return ""
     name = re.sub(r"\s", "", named[1])
+    known = [
+        cell.name for _, page in cells.readable(sorted(Path().glob("*.ipynb"))) for cell in page if cell.public_check
+    ]
+    name = cells.check_meant([name], known) or name
     return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
 
 

@@ -1,7 +1,8 @@
 """The notebook's `check()`."""
 
 import json
-from types import SimpleNamespace
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
 
 import pytest
 
@@ -9,6 +10,15 @@ import course
 from course.errors import ExerciseError
 from course.foundation.cells import Cell
 from course.notebook import checks, runs
+from course.session.hints import hint
+
+RELAY = object()
+
+
+class Session(int):
+    """A session that can be added up."""
+
+    elsewhere = ""
 
 
 def cell(name: str, source: str, **mark) -> dict:
@@ -55,12 +65,40 @@ def test_check_shows_the_message_of_the_one_asked_for(here, capsys):
     )
 
 
-def test_a_name_without_its_quotation_marks(here):
-    """The name of something else: what it is called here, if a check is called so, too."""
-    here["other"] = relay = object()
-    for given, meant in ((relay, "other"), (4, "adds")):
-        with pytest.raises(ExerciseError, match=f"a text, in quotation marks: course.check\\('{meant}'\\)"):
-            course.check(given)
+def test_a_check_runs_with_the_session_and_the_functions_of_python_whatever_the_cells_call_so(
+    here, monkeypatch, capsys
+):
+    Path("section.ipynb").write_text(json.dumps({"cells": [cell("adds", "assert sum([ros, total]) == 4\nmade = 1")]}))
+    monkeypatch.setattr(checks, "current", lambda: Session(1))
+    here.update(sum=5, ros="text")
+    course.check("adds")
+    assert capsys.readouterr().out == "adds: passed\n"
+    assert here == {"total": 3, "sum": 5, "ros": "text"}
+
+
+class OtherServer:
+    """Of the name of a check, as a class has it."""
+
+
+def test_a_hint_on_a_name_without_its_quotation_marks_has_the_name_of_the_check(here):
+    Path("section.ipynb").write_text(json.dumps({"cells": [cell("adds", ""), cell("other-server", "")]}))
+    error = "NameError: name 'other_server' is not defined"
+    assert hint(error, code="course.check(other_server)").endswith("`course.check('other-server')`.")
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [(RELAY, "relay"), (4, "adds"), (ModuleType("other_server"), "other-server"), (OtherServer, "other-server"),
+     (OtherServer(), "other-server"), (SimpleNamespace(name="other_server.py"), "other-server"),
+     (Path("other.py"), "other-server")],
+)  # fmt: skip
+def test_a_name_without_its_quotation_marks(here, given, meant):
+    """The name of something else: the check of this name, or the first one."""
+    names = ("adds", "other-server", "relay")
+    Path("section.ipynb").write_text(json.dumps({"cells": [cell(name, "") for name in names]}))
+    here["relay"] = RELAY
+    with pytest.raises(ExerciseError, match=f"a text, in quotation marks: course.check\\('{meant}'\\)"):
+        course.check(given)
 
 
 def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):

@@ -9,7 +9,7 @@ import pytest
 
 from course.foundation import cells
 from course.notebook.exercise_magic import exercise
-from course.notebook.needed_cells import names_of
+from course.notebook.needed_cells import SESSION, names_of
 from course.session import live
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS, SHELL, Page
@@ -1070,6 +1070,14 @@ def test_a_check_changes_no_name_of_the_page(exercise):
             for name in names_of(cell.source).made - imported:
                 made = any(name in each.made for each in others)
                 assert not (made and any(name in each.used - each.made for each in others)), (cell.name, name)
+
+
+@pytest.mark.parametrize("exercise", ["actions", "ai_integration", "calculator", "parameters", "services"])
+def test_a_check_uses_no_name_of_the_page_but_that_of_the_session(exercise):
+    """A reader may have changed or deleted a class of the page: the check judges the exercise, and not that class."""
+    for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
+        if cell.public_check:
+            assert names_of(SHELL.sub("", cell.source)).used <= {SESSION}, cell.name
 
 
 BLOCKS = (
