@@ -46,12 +46,15 @@ Table = dict[str, list[Any]]
 GONE = 0.7  # s without an action server, after which nothing more of a goal can come
 LAST = 2.0  # s by which a feedback message may come after the end of its goal
 USUAL = 10.0  # s that a wait for a goal lasts at most, unless another limit is given
+NO_LOOK = 5.0  # s from which on the reader is told of a wait for a goal in vain; a shorter one is often a look
 LATE = 1.0  # s by which the report of an exception may come after the end of its goal
 # Each makes a function that a wait for a goal calls again and again.  It is given the action's name, a limit (s), and
 # when the last other goal was sent that may still go on (s, monotonic; -inf for none).  The function returns '', or
 # lines that say where the server is, once a callback there will not return within the limit of its call.  A live
 # session adds its own.
 hanging: list[Callable[[str, float, float], Callable[[], str]]] = []
+# Each is given the name of an action, and returns '', or lines that say in which line its server is now.
+places: list[Callable[[str], str]] = []
 
 
 class Recorder:
@@ -340,7 +343,7 @@ class GoalRecorder(Recorder):
     def wait_feedback(self, count: int, timeout: float = USUAL) -> bool:
         """Wait for `count` feedback messages; False after `timeout` s, or once the goal has ended with fewer.
 
-        The reader is told of the latter, and of a wait of `USUAL` s or more that was in vain.
+        The reader is told of the latter, and of a wait of `NO_LOOK` s or more that was in vain.
         """
         if not is_whole(count):
             raise CourseError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
@@ -408,7 +411,7 @@ class GoalRecorder(Recorder):
         self.wait_for(lambda table: any(event in self.END for event in table["event"]), timeout)
         end = self._end()
         if end is None:
-            self._tell_of_time(timeout, f"it has not ended: its last event is '{self.table()['event'][-1]}'")
+            self._tell_of_time(timeout, f"the goal has not ended: its last event is '{self.table()['event'][-1]}'")
         if end == "aborted":
             wait_until(lambda: False, LATE)  # the exception is reported a little later
         else:
@@ -416,9 +419,10 @@ class GoalRecorder(Recorder):
         return end
 
     def _tell_of_time(self, timeout: float, what: str) -> None:
-        if timeout >= USUAL:  # a shorter one is often a look
+        if timeout >= NO_LOOK:
+            at = "".join(f"\n{where}" for place in places if (where := place(self._name)))
             for tell in tellers:
-                tell(f"After {timeout:g} s this wait for a goal of {self._name} is over, and {what}.")
+                tell(f"After {timeout:g} s this wait for a goal of {self._name} is over, and {what}.{at}")
 
     def _end(self) -> str | None:
         return next((event for event in self.table()["event"] if event in self.END), None)

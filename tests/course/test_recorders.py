@@ -177,11 +177,13 @@ def test_a_goal_whose_server_cannot_go_on_in_time_is_told_before_the_limit(sessi
     asleep = GoalRecorder(client).send(Fibonacci.Goal(order=1))
     assert asleep.wait_end(0.5) is None
     assert capsys.readouterr().err == ""
-    monkeypatch.setattr("course.recorders.USUAL", 0.5)
+    monkeypatch.setattr("course.recorders.NO_LOOK", 0.5)
     assert asleep.wait_end(0.5) is None and not asleep.wait_feedback(2, 0.5)
     over = "After 0.5 s this wait for a goal of /late is over, and"
+    here = "\nlate.py is here:\n  late.py, line 11, in execute\n    time.sleep(60)\n"
     assert capsys.readouterr().err == (
-        f"{over} it has not ended: its last event is 'accepted'.\n{over} only 0 of 2 feedback messages have come.\n"
+        f"{over} the goal has not ended: its last event is 'accepted'.{here}"
+        f"{over} only 0 of 2 feedback messages have come.{here}"
     )
     start = time.monotonic()
     with pytest.raises(NodeFailed, match=r"no further within 10 s: its last event is 'accepted'\.\n") as told:
