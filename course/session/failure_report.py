@@ -182,7 +182,7 @@ def of_program(
         if destroyed:
             why = NODE_ENDED.format(*destroyed)
         else:
-            why = NO_LIST.format(pre_set[0]) if pre_set else _hint(error, source, frames)
+            why = NO_LIST.format(pre_set[0]) if pre_set else _hint_on_program(error, frames, path)
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
@@ -310,7 +310,7 @@ def failed_goals(path: Path, output: str) -> list[FailureReport]:
         reports.append(of_goal(path.name, GoalFault.NO_STATE))
     for part in output.split(GOAL_FAILED)[1:]:
         error, frames = _last_traceback(part.partition("\n")[2], path, first=True)
-        report = FailureReport(path.name, GOAL_ENDING, error, frames, _hint(error, text_at(path), frames))
+        report = FailureReport(path.name, GOAL_ENDING, error, frames, _hint_on_program(error, frames, path))
         if error and report not in reports:
             reports.append(report)
     return reports
@@ -323,7 +323,7 @@ def of_thread(path: Path, output: str) -> FailureReport | None:
     if not error:
         return None
     return FailureReport(
-        path.name, "has lost a thread to an exception", error, frames, _hint(error, text_at(path), frames)
+        path.name, "has lost a thread to an exception", error, frames, _hint_on_program(error, frames, path)
     )
 
 
@@ -339,7 +339,7 @@ def where(stacks: str, path: Path) -> tuple[Frame, ...]:
         frames = []
         for file, line, function in re.findall(r'^  File "(.+)", line (\d+) in (.+)$', stack, re.MULTILINE):
             if file not in files:
-                own = Path(file).name == path.name or Path(file).parent.resolve() == path.parent.resolve()
+                own = Path(file).name == path.name or _is_beside(file, path)
                 files[file] = text_at(path.parent / Path(file).name).splitlines() if own else []
             if int(line) <= len(files[file]):
                 frames.append(Frame(Path(file).name, int(line), function, files[file][int(line) - 1].strip()))
@@ -373,7 +373,10 @@ def _up_to_its_end(output: str, path: Path) -> str:
 
 
 def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[str, tuple[Frame, ...]]:
-    """Return error and student's frames of the last (or `first`) traceback in `output`; ('', ()) without one."""
+    """Return error and student's frames of the last (or `first`) traceback in `output`; ('', ()) without one.
+
+    The student's are those in the program at `path` and in files beside it.
+    """
     lines = output.splitlines()
     # Output without a newline (`input("name? ")`) may precede it.
     starts = [number for number, line in enumerate(lines) if line.rstrip().endswith(MARK)]
@@ -384,10 +387,10 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
     own = False
     for number, line in enumerate(rest):
         if found := FRAME.match(line):
-            own = Path(found[1]).name == path.name
+            own = Path(found[1]).name == path.name or _is_beside(found[1], path)
             code = rest[number + 1].strip() if number + 1 < len(rest) else ""
             if own:
-                frames.append(Frame(path.name, int(found[2]), found[3] or "", code))
+                frames.append(Frame(Path(found[1]).name, int(found[2]), found[3] or "", code))
         elif line and not line.startswith(" ") and re.match(r"[\w.]+", line):
             first_line = LATER.sub("", line)
             first_line = first_line.removesuffix(" The following argument types are supported:")
@@ -395,6 +398,11 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
             return "\n".join(message), _once(list(_without_main(frames)))
     return "", ()
+
+
+def _is_beside(file: str, path: Path) -> bool:
+    """Return True for a file, as a traceback names it, in the folder of the program at `path`."""
+    return file.endswith(".py") and Path(file).parent.resolve() == path.parent.resolve()
 
 
 def _continued(lines: list[str]) -> list[str]:
@@ -423,6 +431,14 @@ def _without_main(frames: list[Frame]) -> tuple[Frame, ...]:
 
 def _hint(error: str, source: str, frames: tuple[Frame, ...]) -> str:
     return hint(error, source, frames[-1].code if frames else "")
+
+
+def _hint_on_program(error: str, frames: tuple[Frame, ...], path: Path) -> str:
+    """Return the hint on an error in the program at `path`, or in a file beside it that it uses, or ''."""
+    last = frames[-1:]
+    beside = _hint(error, text_at(path.parent / last[0].place), last) if last and last[0].place != path.name else ""
+    own = tuple(frame for frame in frames if frame.place == path.name)
+    return beside or _hint(error, text_at(path), own)
 
 
 def _source(trace: TracebackType | None) -> str:

@@ -405,7 +405,7 @@ GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
 
 def _unbound(found: re.Match[str], source: str) -> str:
     name, tree = found[1], parse(source)
-    if any(name in map(name_of, getattr(each, "targets", [])) for each in tree.body):
+    if any(name in map(name_of, getattr(each, "targets", [getattr(each, "target", None)])) for each in tree.body):
         return (
             f"`{name}` is a variable of the whole text: a function that sets it begins with `global {name}`. "
             f"In a node, keep it in `self.{name}`."

@@ -18,6 +18,7 @@ from course.session.source import (
     parameter_callbacks,
     parse,
     timer_in_a_callback,
+    without_global,
 )
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
@@ -31,6 +32,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
+    found |= {*_set_in_vain(tree, skipped)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -54,6 +56,16 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 wanted = f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
                 text = f"`{ast.unparse(node)}` compares, and changes nothing. To set it, write `{wanted}`."
                 yield node.lineno, text
+
+
+def _set_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield variables of a function that nothing reads, and that are called like one of the whole text."""
+    for function, name, line, is_read in without_global(tree):
+        if not is_read and not list(calls(function, "locals")):
+            text = (
+                f"`{name.id}` is a variable of '{function.name}' alone here, and nothing reads it. To set that of line"
+            )
+            yield name.lineno, f"{text} {line - skipped}, begin '{function.name}' with `global {name.id}`."
 
 
 def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:

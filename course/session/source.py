@@ -125,6 +125,33 @@ def made_at(source: str, maker: str, name: str) -> int:
     return 0
 
 
+def without_global(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | ast.AsyncFunctionDef, ast.Name, int, bool]]:
+    """Yield each function that sets a variable of its own, whose name also a variable of the whole text has.
+
+    Another function reads the latter.  Yields the function, the name where it is set first, the line that sets the
+    variable of the whole text, and True if the function also reads its own.
+    """
+    made = {each.id: statement.lineno for statement in tree.body if isinstance(statement, ast.Assign)
+            for each in statement.targets if isinstance(each, ast.Name)}  # fmt: skip
+    names = {
+        function: [node for node in ast.walk(function) if isinstance(node, ast.Name)] for function in functions(tree)
+    }
+    stored = {
+        function: {node.id for node in used if not isinstance(node.ctx, ast.Load)} for function, used in names.items()
+    }
+    for function, used in names.items():
+        nodes = [*ast.walk(function)]
+        known = {node.arg for node in nodes if isinstance(node, ast.arg)}
+        known |= {name for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+        here = {ast.unparse(node.targets[0]) for node in inside(function) if isinstance(node, ast.Assign)}
+        for name in sorted(stored[function] & here & {*made} - known):
+            others = [other for other in names if other is not function and name not in stored[other]]
+            if any(node.id == name for other in others for node in names[other]):
+                own = [node for node in used if node.id == name]
+                first = min((node for node in own if not isinstance(node.ctx, ast.Load)), key=lambda node: node.lineno)
+                yield function, first, made[name], any(isinstance(node.ctx, ast.Load) for node in own)
+
+
 def service_callbacks(tree: ast.AST, service: str = "") -> set[str]:
     """Return the names of the service callbacks; with `service`, of that one, or of all if its name is not found."""
     found: dict[str, str] = {}

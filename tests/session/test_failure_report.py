@@ -1157,6 +1157,24 @@ def test_where_a_program_is_may_be_in_another_file_beside_it(tmp_path):
     ]
 
 
+@pytest.mark.parametrize("made", ["turns = 0", "turns: int = 0"])
+def test_an_error_in_a_file_beside_the_program_is_told_with_its_line_and_its_hint(tmp_path, made):
+    node, agent = tmp_path / "node.py", tmp_path / "agent.py"
+    node.write_text("import agent\n\ndef tick():\n    agent.decide()\n")
+    agent.write_text(f"{made}\n\ndef decide():\n    turns += 1\n")
+    output = (
+        f'{MARK}\n  File "{node}", line 4, in tick\n    agent.decide()\n  File "{agent}", line 4, in decide\n'
+        f'    turns += 1\n  File "{tmp_path}/library/agent.py", line 9, in call\n    raise\n'
+        '  File "<string>", line 1, in <module>\n'
+        "UnboundLocalError: cannot access local variable 'turns' where it is not associated with a value\n"
+    )
+    said = str(failure_report.of_program(node, output, 1))
+    assert said.splitlines()[1:5] == [
+        "  node.py, line 4, in tick", "    agent.decide()", "  agent.py, line 4, in decide", "    turns += 1"
+    ]  # fmt: skip
+    assert "a function that sets it begins with `global turns`" in said.splitlines()[5]
+
+
 def test_a_name_that_a_module_has_nearly_is_named():
     said = hint("ImportError: cannot import name 'timelin' from 'course.figures' (/course/figures/__init__.py)")
     assert said == "course.figures has no timelin. Did you mean `timeline`?"

@@ -60,6 +60,37 @@ def test_a_slip_is_told_with_its_line(line, says):
     assert slips(f"%%exercise careful.py{cell}") == slips(cell[1:])
 
 
+SWITCH = """state, count = 'off', 0
+on = False
+def power(request, response):
+    {line}
+    return response
+def status(request, response):
+    response.success = on
+    return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "is_told"),
+    [
+        ("on = request.data", True),
+        ("if request.data: on = True", True),
+        ("on = request.data; response.success = on", False),  # it may be meant for this function alone
+        ("global on; on = request.data", False),
+        ("other = request.data", False),
+        ("count = 5", False),  # no function reads the other one
+        ("def inner():\n        return on\n    on = request.data", False),
+        ("on = request.data; response.message = str(locals())", False),
+    ],
+)
+def test_a_variable_that_a_function_sets_for_itself_in_vain_is_told(line, is_told):
+    at = "note: line 4: `on` is a variable of 'power' alone here, and nothing reads it. To set that of line 2, begin "
+    told = [f"{at}'power' with `global on`."] if is_told else []
+    for cell in (SWITCH, f"%%exercise switch.py\n{SWITCH}"):
+        assert slips(cell.format(line=line)) == told
+
+
 STOPPED = """%%exercise careful.py
 {imports}
 try:
