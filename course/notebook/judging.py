@@ -48,7 +48,9 @@ from course.session.source import (
     idle,
     name_of,
     one_at_a_time,
+    service_callbacks,
     timer_in_a_callback,
+    without_global,
     wrong_guard,
 )
 from course.session.source import parse as parse_program
@@ -399,6 +401,42 @@ def few_threads(file: str, callers: int) -> str:
         f"This has {count} threads{'' if given else ', one for each processor'}. A callback that blocks while it waits "
         f"keeps one of them, and {callers} callers at once leave none that could receive an answer."
     )
+
+
+def own_variable(file: str) -> str:
+    """Return lines about a callback of a service that sets a variable of its own for one of the file; '' if none does.
+
+    It is a place to look at: the file's variable may be meant to stay as it is.
+    """
+    source = text_at(Path(file))
+    tree = parse_program(source)
+    for function, name, line, _ in without_global(tree):
+        if function.name in service_callbacks(tree):
+            return (
+                f"\n{frame_at(file, name.lineno, source)}\nThis sets a variable of '{function.name}' alone, not that "
+                f"of line {line}. To set that one, begin '{function.name}' with `global {name.id}`, or keep it in "
+                f"`self.{name.id}`."
+            )
+    return ""
+
+
+def shared_response(file: str) -> str:
+    """Return lines about a callback of a service that returns an attribute of its node; '' if none does."""
+    source = text_at(Path(file))
+    tree = parse_program(source)
+    names = {name_of(argument(call, *CALLBACKS["create_service"])) for call in calls(tree, "create_service")}
+    for function in functions(tree):
+        returns = (
+            (node for node in ast.walk(function) if isinstance(node, ast.Return)) if function.name in names else ()
+        )
+        for node in returns:
+            if isinstance(node.value, ast.Attribute) and ast.unparse(node.value.value) == "self":
+                at = frame_at(file, node.lineno, source)
+                return (
+                    f"\n{at}\nAll calls share `{ast.unparse(node.value)}`: a call that runs meanwhile changes it. Fill "
+                    "in the response that the callback is given, and return that."
+                )
+    return ""
 
 
 def sleeps(file: str, maker: str) -> str:

@@ -190,6 +190,34 @@ def test_an_except_that_catches_all_is_named_with_its_line(tmp_path, monkeypatch
     assert found.startswith("\n  client.py, line 3\n    except") if is_named else found == ""
 
 
+@pytest.mark.parametrize(
+    ("begins", "told"), [("on = request.data\n", True), ("global on\n    on = request.data\n", False), ("", False)]
+)
+def test_a_callback_that_sets_a_variable_of_its_own_for_one_of_the_file_is_named(folder, begins, told):
+    (folder / "server.py").write_text(
+        "on = False\nnode.create_service(SetBool, 'power', power)\n"
+        f"def power(request, response):\n    {begins}    response.message = str(on)\n    return response\n"
+        "def status(request, response):\n    response.message = str(on)\n    return response\n"
+    )
+    at = "\n  server.py, line 4\n    on = request.data\nThis sets a variable of 'power' alone, not that of line 1."
+    assert judging.own_variable("server.py").startswith(at) if told else judging.own_variable("server.py") == ""
+
+
+@pytest.mark.parametrize(
+    ("returned", "shared"),
+    [("self.answer", True), ("response", False), ("copy(self.answer)", False), ("self.answer.copy", False),
+     ("self.fill(response)", False)],
+)  # fmt: skip
+def test_a_response_of_all_callers_is_one_that_the_callback_returns_as_it_is(folder, returned, shared):
+    (folder / "server.py").write_text(
+        "class Server(Node):\n"
+        "    def __init__(self):\n        self.create_service(Trigger, 'ask', self.ask)\n\n"
+        f"    def ask(self, request, response):\n        return {returned}\n\n"
+        "    def state(self):\n        return self.answer\n"
+    )
+    assert ("line 6" in judging.shared_response("server.py")) == shared
+
+
 def test_a_program_beside_the_session_shows_what_it_has_printed_so_far(folder):
     (folder / "client.py").write_text("import sys, time\nprint(sys.argv[1:])\ntime.sleep(60)\n")
     client = judging.beside("client.py", "5", "6")

@@ -1036,6 +1036,35 @@ def test_a_quality_of_service_that_does_not_fit_is_told_once(empty):
     assert not [notice for notice in live.live().watch.notices() if "incompatible" in notice]
 
 
+SHARES = """
+    def relay(self, request, response):
+        if not self.client.service_is_ready():
+            response.message = 'not there'
+            return response
+        self.ready.clear()
+        a, b = [each.value for each in self.get_parameters(['a', 'b'])]
+        self.client.call_async(AddTwoInts.Request(a=a, b=b)).add_done_callback(self.on_answer)
+        self.ready.wait(timeout=8)
+        return self.answer
+
+    def on_answer(self, future):
+        self.answer.success = True
+        self.answer.message = f'The sum is {future.result().sum}'
+        self.ready.set()
+
+
+rclpy.init()"""
+
+
+def test_a_response_that_all_callers_share_is_named(empty):
+    before, _, rest = TWO_NODES.decode().partition("\n    def relay(")
+    made = "        self.ready, self.answer = threading.Event(), Trigger.Response()\n        self.client ="
+    program = before.replace("        self.client =", made) + SHARES + rest.partition("\nrclpy.init()")[2]
+    said = Page("services").judge(answers.solution("services") | {"relay.py": program.encode()}, "relay")["relay"]
+    assert "That is the answer to another caller" in said
+    assert "\n    return self.answer\nAll calls share `self.answer`: " in said
+
+
 def test_an_agent_may_print_without_ending_its_line(empty):
     first = "front, right = distances['front'], distances['right']"
     files = answers.changed(
