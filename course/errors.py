@@ -35,7 +35,12 @@ class CallTimeout(LiveError, TimeoutError):
 
 
 class NodeFailed(CallTimeout):
-    """The node that was waited for has died, or raised an exception, so no answer will come.  The message says how."""
+    """The node that was waited for has died, or raised an exception, so no answer will come.  The message says how.
+
+    `source` is the text of its program or its cell; '' if that is not known.
+    """
+
+    source = ""
 
 
 class ExerciseError(LiveError):

@@ -17,12 +17,13 @@ from pathlib import Path
 
 from course.errors import ExerciseError, NodeFailed
 from course.foundation import processes
-from course.foundation.waiting import POLL, lookouts
+from course.foundation.waiting import lookouts, wait_until
 from course.session.endless_waits import EndlessSpin
 from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at
 from course.session.guards import say
 from course.session.live import Session, current
 from course.session.logs import node_of_line
+from course.session.offered import strangers
 from course.session.parameter_files import unread_files, with_tabs
 from course.session.stacks import Stacks
 
@@ -88,21 +89,21 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
     """Run the commands at the same time (no shell), each for at most `timeout` s, and return the transcript.
 
     A Python file that computes without output is stopped earlier, unless `timeout` is longer than usual; so is one that
-    waits after a node of the session has failed, and a `ros2` command that waits for a name without a server. With
-    `until`, a command is ended with Ctrl-C once it has printed a line with that text; its later output is left out of
-    the transcript.
+    waits after a node of the session that it may need has failed, and a `ros2` command that waits for a name without a
+    server. With `until`, a command is ended with Ctrl-C once it has printed a line with that text; its later output is
+    left out of the transcript.
     """
     if not commands or not all(isinstance(each, str) for each in commands):
         raise ExerciseError("`terminal` takes each command as one text, such as terminal('ros2 service list -t')")
-    failed = threading.Event()
+    failed: list[NodeFailed] = []
     with ThreadPoolExecutor(len(commands)) as pool:
         begun = [pool.submit(_run, command, timeout, until, failed) for command in commands]
-        failures = _failures_during(begun, failed)
+        _note_failures(begun, failed)
         runs = [each.result() for each in begun]
     if until and not any(until in output for _, output, _ in runs):
         ended = f"(it has ended, and no line had {until!r} in it)\n"
         runs = [(command, output if status else _below(output, ended), status) for command, output, status in runs]
-    return Terminal(runs, failures)
+    return Terminal(runs, [*map(str, failed)])
 
 
 def _below(output: str, line: str) -> str:
@@ -110,27 +111,21 @@ def _below(output: str, line: str) -> str:
     return f"{output}\n{line}" if output and not output.endswith("\n") else f"{output}{line}"
 
 
-def _failures_during(begun: "Collection[Future[tuple[str, str, int]]]", failed: threading.Event) -> list[str]:
-    """Wait for the commands, and return the failure reports of the session's nodes; `failed` is set at the first."""
-    failures: list[str] = []
+def _note_failures(begun: "Collection[Future[tuple[str, str, int]]]", failed: list[NodeFailed]) -> None:
+    """Wait for the commands, and add the failures of the session's nodes meanwhile to `failed`."""
 
-    def look() -> None:
-        failures.extend(_untold())
-        if failures:
-            failed.set()
+    def look() -> bool:
+        failed.extend(_untold())
+        return bool(failed)
 
     while wait(begun, LOOK).not_done:
         look()
     if any(each.result()[2] for each in begun):
-        end = time.monotonic() + SOON
-        while not failed.is_set() and time.monotonic() < end:
-            look()
-            failed.wait(POLL)
+        wait_until(look, SOON, alert=False)
     look()
-    return failures
 
 
-def _untold() -> list[str]:
+def _untold() -> list[NodeFailed]:
     """Return reports on nodes of the session that ended or raised an exception, if not shown yet."""
     found = []
     for look in lookouts:
@@ -140,11 +135,11 @@ def _untold() -> list[str]:
                 look()
                 more = False
             except NodeFailed as failure:
-                found.append(str(failure))
+                found.append(failure)
     return found
 
 
-def _run(command: str, timeout: float, until: str, failed: threading.Event) -> tuple[str, str, int]:
+def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed]) -> tuple[str, str, int]:
     try:
         words = shlex.split(command)
     except ValueError as error:
@@ -200,11 +195,11 @@ def _no_shell(command: str, words: list[str]) -> str:
     )
 
 
-def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -> tuple[str, int]:
+def _run_to_its_end(words: list[str], timeout: float, failed: Collection[NodeFailed]) -> tuple[str, int]:
     """Run a command; return its output and exit status.
 
     A Python program that hangs is stopped, and the line shown where it was; one that loops, or waits after a node has
-    `failed`, is stopped early.
+    `failed` that it may need, is stopped early.
     """
     path = _program(words)
     stacks = Stacks()
@@ -244,9 +239,10 @@ def _run_to_its_end(words: list[str], timeout: float, failed: threading.Event) -
             wait = _Wait(stacks, program.pid, path)
         elif path and timeout <= USUAL:
             at = _lines(stacks.loop(program.pid, path, spent))
-            if failed.is_set():
+            lost = any("--ros-args" in words or not strangers(text, each.source) for each in [*failed])
+            if lost:
                 in_vain = min(in_vain, time.monotonic() + IN_VAIN)
-            at = at or (wait.found(failed.is_set()) if wait else "")
+            at = at or (wait.found(lost) if wait else "")
         elif WAITS in printed and timeout <= USUAL:
             in_vain = min(in_vain, time.monotonic() + IN_VAIN)
     ran = time.monotonic() - end + timeout
@@ -288,7 +284,7 @@ class _Wait:
     def found(self, failed: bool) -> str:
         """Return the lines where the program waits and why that never ends, once two looks have found the same.
 
-        If a node of the session has `failed`, that is why a future is not done.
+        If a node of the session that it may need has `failed`, that is why a future is not done.
         """
         session = current()
         at = self._waits(session) if session and time.monotonic() >= self._next else ""

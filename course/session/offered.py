@@ -74,6 +74,29 @@ def none_will_offer(handles: Mapping[str, Handle], maker: str, name: str) -> boo
     return bool(texts) and all(other_names(text, maker, name) or _has_none(text, maker) for text in texts)
 
 
+def strangers(one: str, other: str) -> bool:
+    """Return True if two programs, by their texts, use no service, action or topic in common.
+
+    A name of both may be in different namespaces: then they count as acquainted, as do programs with unknown names.
+    """
+    if any(each and _without_ros(each) for each in (one, other)):
+        return True
+    ours, theirs = _names_used(one), _names_used(other)
+    return ours is not None and theirs is not None and ours.isdisjoint(theirs)
+
+
+def _names_used(source: str) -> set[str] | None:
+    """Return the services, actions and topics of a program, without namespaces; None if its text does not tell."""
+    tree = parse(source)
+    if not source or _own_modules(tree) or re.search(r"\bcourse\.nodes\b|ParameterClient\b", source):
+        return None
+    given = [argument(call, *MAKERS[maker]) for maker in MAKERS for call in calls(tree, maker)]
+    names = {each.value for each in given if isinstance(each, ast.Constant) and isinstance(each.value, str)}
+    written = all(isinstance(each, ast.Constant) for each in given)
+    known = written and bool(names or not any(maker in source for maker in MAKERS))
+    return {*map(base, names)} if known and not any(map(is_of_every_node, names)) else None
+
+
 def _without_ros(source: str) -> bool:
     """Return True if a program imports neither rclpy nor the course, nor files beside it, which might do so."""
     return not re.search(r"\b(?:rclpy|course)\b", source) and not _own_modules(parse(source))

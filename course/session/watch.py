@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable
 from course.errors import NodeFailed
 from course.registry import told_elsewhere
 from course.ros.names import is_of_every_node
-from course.session.failure_report import FailureReport
+from course.session.failure_report import FailureReport, cell_of
 from course.session.live_node import LiveNode
 from course.session.node_process import NodeProcess
 
@@ -32,7 +32,9 @@ class Watch:
         """Raise NodeFailed if a node has an unreported failure."""
         for handle, number, report in self._untold():
             self._tell(handle, number)
-            raise NodeFailed(str(report))
+            failure = NodeFailed(str(report))
+            failure.source = handle.source or (cell_of(handle.cls) if isinstance(handle, LiveNode) else "")
+            raise failure
 
     def reason(self, service: str, meant: Callable[[Handle], bool], *, again: bool = False) -> FailureReport | None:
         """Return the failure that left `service` without a server, and mark it as told; with `again`, also a told one.

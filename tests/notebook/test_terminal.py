@@ -272,10 +272,13 @@ class Session:
 
     def __init__(self):
         self.untold = []
+        self.source = ""  # of the nodes
 
     def look(self):
         if self.untold:
-            raise NodeFailed(self.untold.pop(0))
+            failure = NodeFailed(self.untold.pop(0))
+            failure.source = self.source
+            raise failure
 
 
 @pytest.fixture
@@ -303,7 +306,7 @@ def test_what_has_failed_in_the_session_meanwhile_is_told_below(tmp_path, sessio
 
 def test_a_program_that_waits_when_a_node_has_failed_is_not_waited_for(tmp_path, session, monkeypatch):
     monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.3)
-    (tmp_path / "client.py").write_text("import threading\n\nthreading.Event().wait()\n")
+    (tmp_path / "client.py").write_text("import threading  # and rclpy\n\nthreading.Event().wait()\n")
     session.untold = ["server.py ended"]
     lines = terminal("python3 client.py").lines
     assert lines[1].endswith(", because a node of this notebook has failed). client.py was here:")
@@ -318,6 +321,22 @@ def test_a_program_that_goes_on_when_a_node_has_failed_is_left_to_it(tmp_path, s
     assert run(tmp_path, prints)[1] == 0
     session.untold = ["server.py ended"]
     assert run(tmp_path, "import time\ntime.sleep(3)\n", timeout=USUAL + 1) == ("", 0)
+
+
+@pytest.mark.parametrize("imports", ["import time", "import time, rclpy\nnode.create_client(Trigger, '/ask')"])
+def test_a_program_that_needs_nothing_of_a_node_that_has_failed_is_shown_to_its_end(
+    tmp_path, session, monkeypatch, imports
+):
+    """And the failure is told below."""
+    monkeypatch.setattr("course.notebook.terminal.IN_VAIN", 0.2)
+    session.untold = ["server.py ended"]
+    session.source = "import rclpy\nnode.create_service(Trigger, '/other', answer)\n"
+    client = "class node:\n    create_client = print\nTrigger = 0\n"
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "rclpy.py").touch()
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "library"))
+    (tmp_path / "client.py").write_text(f"{client}{imports}\ntime.sleep(1.5)\nprint('done')\n")
+    assert terminal("python3 client.py").lines[-2:] == ["done", "server.py ended"]
 
 
 def test_a_thread_that_still_runs_at_the_end_of_a_program_is_named(tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 import pytest
 
 from course.ros.names import SERVICES_OF_EVERY_NODE
-from course.session.offered import _has_none, other_names, services_made
+from course.session.offered import _has_none, other_names, services_made, strangers
 from tests.hidden import answers
 
 SERVER = "class Server(Node):\n    def __init__(self):\n        self.create_service(Ask, {name}, self.ask)\n"
@@ -27,6 +27,32 @@ def test_a_name_in_a_namespace(name):
 def test_one_of_several_names_is_the_wanted_one():
     text = SERVER.format(name="'/asks'") + "        self.create_service(Ask, '/ask', self.ask)\n"
     assert other_names(text, "create_service", "/ask") == []
+
+
+ASKS = "import rclpy\nnode.create_client(Ask, '/robot/ask')\nnode.create_publisher(Text, 'said', 10)\n"
+
+
+@pytest.mark.parametrize(
+    ("other", "are"),
+    [
+        ("import rclpy\nnode.create_service(Ask, '/asks', answer)\n", True),
+        ("import rclpy\nnode.create_service(Ask, '~/ask', answer)\n", False),
+        ("import rclpy\nnode.create_subscription(Text, '/said', hear, 10)\n", False),
+        ("import rclpy\nnode.create_service(Ask, NAME, answer)\n", False),
+        ("import rclpy\nnode.create_client(SetParameters, '/asks/set_parameters')\n", False),
+        ("import rclpy\nnode.create_timer(1.0, tick)\n", True),
+        ("import rclpy\nmake = node.create_service\n", False),
+        ("import rclpy\nAsyncParameterClient(node, 'ask')\n", False),
+        ("from course.nodes import add_two_ints_server\n", False),
+        ("import rclpy\nimport own\nnode.create_service(Ask, '/asks', answer)\n", False),
+        ("print('no ROS')\n", True),
+        ("", False),
+    ],
+)
+def test_programs_that_have_no_name_in_common(tmp_path, monkeypatch, other, are):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").touch()  # it may make anything
+    assert strangers(ASKS, other) == strangers(other, ASKS) == are
 
 
 def test_a_program_that_makes_none_at_all(tmp_path, monkeypatch):
