@@ -7,6 +7,7 @@ the user exports is kept.
 """
 
 import contextlib
+import io
 import os
 import shlex
 import signal
@@ -33,7 +34,11 @@ USAGE = "Usage: environment/shell [--session NUMBER] [COMMAND...]"
 def main(words: list[str]) -> int:
     """Replace this process by the shell or the command; return an exit status only if that fails."""
     if words[:1] == ["--refresh"]:
-        print(exports(Path.cwd(), int(os.environ[SHELL]), os.environ.get(FIXED, "")))
+        with contextlib.redirect_stderr(io.StringIO()) as said:
+            commands = exports(Path.cwd(), int(os.environ[SHELL]), os.environ.get(FIXED, ""))
+        print(commands)
+        if said.getvalue():  # printed by the shell, once it has removed its old prompt
+            print(f"printf %s {shlex.quote(said.getvalue())} >&2")
         return 0
     session = ""
     os.environ.pop(FRONT, None)  # belongs to another terminal

@@ -5,6 +5,7 @@ import re
 import shutil
 import signal
 import subprocess
+import sys
 from collections import deque
 from pathlib import Path
 from types import SimpleNamespace
@@ -465,6 +466,25 @@ def test_a_terminal_of_jupyterlab_is_in_the_folder_of_the_notebook_in_front_unti
         expect_folder(terminal, "cd ../services\n", "services")
         bring(STRANGE)
         expect_folder(terminal, AGAIN, STRANGE)  # gone back to where it follows
+    finally:
+        registry.forget_front(os.getpid())
+
+
+def test_an_old_prompt_stays_until_what_follows_it_is_known(environment, open_terminal, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_RUNTIME_DIR", environment["XDG_RUNTIME_DIR"])
+    python = tmp_path / "python"
+    python.write_text(f'#!/bin/sh\necho looks > /dev/tty\nexec {sys.executable} "$@"\n')
+    python.chmod(0o755)
+    try:
+        registry.put_in_front(os.getpid(), "", "")
+        terminal = open_terminal(tmp_path, "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
+        terminal.read_until(r"\$ $")
+        terminal.type(f"COURSE_PYTHON={python}\n")
+        terminal.read_until(r"\$ $")
+        (tmp_path / "services").mkdir()
+        registry.put_in_front(os.getpid(), "", str(tmp_path / "services"))
+        terminal.type(AGAIN)
+        terminal.read_until(r"\rlooks\r\n\x1b\[A\r\x1b\[JThe notebook in front has no session: [^$]*\$ $")
     finally:
         registry.forget_front(os.getpid())
 
