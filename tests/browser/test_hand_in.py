@@ -5,10 +5,22 @@ import zipfile
 
 import nbformat
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Route, expect
 
 from tests.browser.conftest import WAIT
-from tests.browser.pages import FILE, SERVER, choose, open_page, show_panel, write_cell, write_greeter
+from tests.browser.pages import (
+    CHECK,
+    CHECKS,
+    FILE,
+    SERVER,
+    choose,
+    expect_no_barriers,
+    keep_picture,
+    open_page,
+    show_panel,
+    write_cell,
+    write_greeter,
+)
 
 expect.set_options(timeout=WAIT)
 
@@ -51,6 +63,44 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     assert receipt["checks"] == {"greets": "passed"}
     assert content["greeter.py"].decode() == SERVER
     assert SERVER.splitlines()[5] in content["greeter.ipynb"].decode()  # the notebook was saved first
+
+
+def test_a_page_that_is_loaded_again_meanwhile_says_what_was_handed_in(lab, page):
+    _, _, served = lab
+    path = write_greeter(served / "meanwhile")
+    (served / "meanwhile/greeter.py").write_text(SERVER)
+    notebook, end = nbformat.read(path, 4), served / "end"
+    notebook.cells[CHECKS].source = f"import pathlib\nros.until(pathlib.Path({str(end)!r}).exists, 60)\n{CHECK}"
+    nbformat.write(notebook, path)
+    open_page(page, lab, "meanwhile/meanwhile.ipynb")
+    panel = show_panel(page, "Exercise")
+    expect(panel).to_contain_text("0 of 2 parts done")
+    panel.get_by_role("button", name="Hand in", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Hand in", exact=True).click()
+    page.get_by_text("Running the public checks").first.wait_for()
+    held: list[Route] = []
+
+    def hold(route: Route) -> None:
+        held.append(route)
+
+    page.route("**/course/exercise*", hold)
+    open_page(page, lab, "meanwhile/meanwhile.ipynb")
+    expect(show_panel(page, "Exercise")).to_contain_text("Connecting …")
+    keep_picture(page, "exercise-connecting")
+    for each in held:
+        each.continue_()
+    page.unroute("**/course/exercise*")
+    expect(panel).to_contain_text("A hand-in is under way.")
+    end.touch()
+    expect(panel).to_contain_text("UTC: greeter.py, meanwhile.ipynb. 1 of 1 public checks passed.")
+    (archive,) = (served / "meanwhile").glob("*.zip")
+    with page.expect_download() as download:
+        panel.get_by_role("link", name=f"Download {archive.name}").click()
+    assert download.value.path().read_bytes() == archive.read_bytes()
+    expect_no_barriers(page, "#ros2-course-exercise", "exercise-handed-in")
+    page.set_viewport_size({"width": 390, "height": 800})
+    assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+    keep_picture(page, "exercise-handed-in-phone")
 
 
 @pytest.mark.matrix  # tests/course/test_hand_in.py has the doubts

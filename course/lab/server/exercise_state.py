@@ -9,19 +9,26 @@ from tornado import web
 
 from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
+from course.lab.server import handed_in
 from course.lab.server.files import Beside
 from course.notebook import file_differences, stubs
 from course.notebook.progress import parts
 
 
 class Exercise(Beside):
-    """POST {"path": the notebook's, "cells": its cells, with only error outputs}; answers parts, files, summary."""
+    """POST {"path": the notebook's, "cells": its cells, with only error outputs}.
+
+    The answer has parts, files, summary, and what was handed in last.
+    """
 
     @web.authenticated
     async def post(self) -> None:
         """Answer with the state of the exercise."""
         body = await self.asked()
-        self.finish(await asyncio.to_thread(_state, self.notebook(body["path"]), body.get("cells")))
+        found = await asyncio.to_thread(_state, self.notebook(body["path"]), body.get("cells"))
+        if (told := found["handed_in"]) and told["archive"]:
+            told["archive"] = str(Path(body["path"]).parent / told["archive"])  # its path in JupyterLab
+        self.finish(found)
 
 
 class Reset(Beside):
@@ -62,4 +69,5 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
         ],
         "summary": found.summary if found else "",
         "files": file_differences.unlike(notebook.parent, [cell for cell in known if cell.solution]),
+        "handed_in": handed_in.told(notebook.parent, notebook.stem),
     }

@@ -1,14 +1,17 @@
 """The hand-in button: does the same as `course hand-in`, for a page.  It does not need the notebook's kernel."""
 
 import asyncio
+import contextlib
 import json
 from pathlib import Path
 from typing import Any
 
 from tornado import web
+from tornado.iostream import StreamClosedError
 
 from course import hand_in
 from course.errors import HandInError
+from course.lab.server import handed_in
 from course.lab.server.files import Beside
 
 
@@ -47,10 +50,15 @@ class HandingIn(Beside):
         self.set_header("Content-Type", "application/x-ndjson")
         loop = asyncio.get_running_loop()
         news: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
+        handing_in = handed_in.begin(folder)
 
         def work() -> None:
             def tell(message: dict[str, Any] | None) -> None:
                 loop.call_soon_threadsafe(news.put_nowait, message)
+
+            def progress(ran: int, of: int) -> None:
+                handing_in.ran, handing_in.of = ran, of
+                tell({"ran": ran, "of": of})
 
             try:
                 done = hand_in.deliver(
@@ -58,20 +66,24 @@ class HandingIn(Beside):
                     folder,
                     hand_in.student() if hand_in.known() else name or hand_in.student(),
                     check=True,
-                    tell=lambda ran, of: tell({"ran": ran, "of": of}),
+                    tell=progress,
                 )
+                handing_in.end(sent=done.archive.name if hand_in.known() else "")
                 archive = str(Path(path).parent / done.archive.name)
                 said = [*filter(None, (done.summary, done.unanswered, done.lateness)), done.kept]
                 told = {"archive": archive, "sent": hand_in.known(), "files": done.files, "checks": done.checks}
                 tell({"done": told | {"said": said}})
             except HandInError as error:
+                handing_in.end(failed=str(error))
                 tell({"error": str(error)})
             finally:
+                handing_in.end(failed="the terminal in which Jupyter's server runs says why.")
                 tell(None)
 
         news.put_nowait({"began": True})
         ended = asyncio.create_task(asyncio.to_thread(work))
         while (message := await news.get()) is not None:
-            self.write(json.dumps(message) + "\n")
-            await self.flush()
+            with contextlib.suppress(StreamClosedError):  # the page is gone: the work goes on
+                self.write(json.dumps(message) + "\n")
+                await self.flush()
         await ended  # raises unexpected errors

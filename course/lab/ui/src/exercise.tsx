@@ -8,7 +8,7 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { fileOf, handIn } from './handing_in';
-import { SidePanel, useCurrent } from './panel';
+import { CONNECTING, SidePanel, useCurrent } from './panel';
 import { post } from './server';
 
 interface Part {
@@ -19,10 +19,17 @@ interface Part {
   points: number;
 }
 
+/** What was handed in last, or how far a hand-in is. */
+interface HandedIn {
+  text: string;
+  archive: string; // its path in JupyterLab, '' for none
+}
+
 interface State {
   parts: Part[];
   summary: string;
   files: { [file: string]: string };
+  handed_in: HandedIn | null;
 }
 
 interface Hint {
@@ -112,12 +119,13 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
     };
   }, [panel]);
   const files = panel && state ? filesOf(panel).filter(file => file.name in state.files) : [];
-  if (!panel || failed || (state && !state.parts.length && !files.length)) {
+  if (!panel || failed || !state || (!state.parts.length && !files.length)) {
+    const nothing = state ? 'This notebook has no exercise.' : CONNECTING;
     return (
       <>
         <h2>Exercise</h2>
         <div className="ros-Panel-message" role="status">
-          {failed || (panel ? 'This notebook has no exercise.' : 'Open a notebook: this panel shows its exercise.')}
+          {failed || (panel ? nothing : 'Open a notebook: this panel shows its exercise.')}
         </div>
       </>
     );
@@ -130,10 +138,11 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         <button onClick={() => void handIn(panel, contents)}>Hand in</button>
       </header>
       <div className="ros-Panel-message" role="status">
-        {state?.summary}
+        {state.summary}
       </div>
+      <HandedInView handed={state.handed_in} contents={contents} />
       {files.map(file => (
-        <FileItem key={`${panel.id} ${file.cell}`} file={file} note={state!.files[file.name]} panel={panel} />
+        <FileItem key={`${panel.id} ${file.cell}`} file={file} note={state.files[file.name]} panel={panel} />
       ))}
       <header className="ros-Panel-head">
         <h3>Checks and questions</h3>
@@ -142,7 +151,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         </button>
       </header>
       <ul className="ros-Parts" aria-label="Checks and questions">
-        {state?.parts.map(part => ({ ...part, runs: running.includes(part.name) })).map(part => (
+        {state.parts.map(part => ({ ...part, runs: running.includes(part.name) })).map(part => (
           <li key={part.name} className={part.runs ? '' : part.done ? 'ros-mod-done' : part.failed ? 'ros-mod-failed' : ''}>
             <button
               onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
@@ -161,6 +170,36 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         ))}
       </ul>
     </>
+  );
+}
+
+function HandedInView({ handed, contents }: { handed: HandedIn | null; contents: Contents.IManager }): JSX.Element {
+  const [url, setUrl] = React.useState('');
+  const archive = handed?.archive ?? '';
+  React.useEffect(() => {
+    setUrl('');
+    if (!archive) {
+      return;
+    }
+    let wanted = true;
+    contents.getDownloadUrl(archive).then(
+      found => wanted && setUrl(found),
+      () => undefined // the sentence names it
+    );
+    return () => {
+      wanted = false;
+    };
+  }, [archive]);
+  const name = archive.split('/').pop()!;
+  return (
+    <div className="ros-Panel-message" role="status">
+      {handed?.text}{' '}
+      {url && (
+        <a href={url} download={name}>
+          Download {name}
+        </a>
+      )}
+    </div>
   );
 }
 

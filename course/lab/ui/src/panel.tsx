@@ -10,7 +10,7 @@ import * as React from 'react';
 import { Current, isConnecting } from './current';
 import { Link, State } from './link';
 
-const CONNECTING = 'Connecting …';
+export const CONNECTING = 'Connecting …';
 const LIVE = 'course.live()'; // in the cell that makes the session
 const HIDDEN = 1000; // ms: JupyterLab hides everything for a moment when its theme changes
 

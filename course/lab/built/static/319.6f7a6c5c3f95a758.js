@@ -915,6 +915,13 @@ body[data-jp-theme-light='false'] {
   overflow-wrap: anywhere;
 }
 
+.ros-Panel-message > a {
+  color: var(--jp-content-link-color);
+  display: block;
+  overflow-wrap: anywhere;
+  text-decoration: underline;
+}
+
 .ros-note {
   color: var(--ros-warn);
   font-weight: 600;

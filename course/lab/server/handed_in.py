@@ -1,0 +1,109 @@
+"""What was handed in last from a folder: by the receipts there, and by what this server does or has done."""
+
+import json
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from course import hand_in
+from course.errors import BadArchive
+from course.foundation import cells
+from course.foundation.untrusted import Allowance, Archive
+
+ARCHIVE = r"-{assignment}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?\.zip$"  # the end of a name, as `hand_in.write` makes it
+MOST = 1_000_000  # bytes of a receipt
+
+
+@dataclass
+class HandingIn:
+    """A hand-in by this server."""
+
+    ran: int = 0  # public checks
+    of: int = 0
+    over: datetime | None = None  # time of its end
+    sent: str = ""  # the name of the archive that is in the exchange of the class
+    failed: str = ""  # why nothing was handed in
+
+    @property
+    def progress(self) -> str:
+        """Return a sentence that says how far it is."""
+        checks = f": {self.ran} of {self.of} public checks have run" if self.of else ""
+        return f"A hand-in is under way{checks}."
+
+    def end(self, *, sent: str = "", failed: str = "") -> None:
+        """End it, for the first time."""
+        if self.over is None:
+            self.over, self.sent, self.failed = datetime.now(UTC), sent, failed
+
+
+@dataclass(frozen=True)
+class Receipt:
+    """What the receipt in an archive says."""
+
+    time: datetime
+    files: tuple[str, ...]
+    passed: int  # public checks
+    checks: int
+
+    def __str__(self) -> str:
+        checks = f" {self.passed} of {self.checks} public checks passed." if self.checks else ""
+        return f"{self.time:{hand_in.SHOWN}}: {', '.join(self.files)}.{checks}"
+
+
+_latest: dict[Path, HandingIn] = {}  # by folder
+
+
+def begin(folder: Path) -> HandingIn:
+    """Return a hand-in from this folder that begins now."""
+    made = _latest[folder.resolve()] = HandingIn()
+    return made
+
+
+def told(folder: Path, assignment: str) -> dict[str, str] | None:
+    """Return {"text": what was handed in last, or how far it is, "archive": the archive's name}; None for nothing."""
+    known = _latest.get(folder.resolve())
+    if known and known.over is None:
+        return {"text": known.progress, "archive": ""}
+    name, receipt = _newest(folder, assignment)
+    if known and known.over and known.failed and not (receipt and receipt.time > known.over):
+        return {"text": f"The hand-in of {known.over:{hand_in.SHOWN}} failed: {known.failed}", "archive": ""}
+    if receipt is None:
+        return None
+    if hand_in.known():
+        done, then = "Handed in" if known and known.sent == name else "Packed", ""
+    else:
+        done, then = "Packed", " Give the archive to your instructor; the newest counts."
+    return {"text": f"{done} on {receipt}{then}", "archive": name}
+
+
+def _newest(folder: Path, assignment: str) -> tuple[str, Receipt | None]:
+    """Return the newest archive of the exercise in a folder, by the time in its name, and its receipt; '' for none."""
+    end = re.compile(ARCHIVE.format(assignment=re.escape(assignment)))
+    found = [(match[1], int(match[2] or 1), path) for path in folder.glob("*.zip") if (match := end.search(path.name))]
+    for _, _, path in sorted(found, reverse=True):
+        try:
+            receipt = _receipt(path, assignment, path.stat().st_mtime_ns) if path.is_file() else None
+        except OSError:  # it has just been removed
+            continue
+        if receipt:
+            return path.name, receipt
+    return "", None
+
+
+@lru_cache(maxsize=100)
+def _receipt(path: Path, assignment: str, _changed: int) -> Receipt | None:
+    """Return the receipt in an archive, None if it has none for this exercise; raises OSError."""
+    try:
+        with path.open("rb") as file:
+            archive = Archive(file)
+            (entry,) = (each for each in archive.files if each.filename == hand_in.RECEIPT)
+            said: Any = json.loads(archive.read(entry, Allowance(MOST)))
+        outcomes = list(said["checks"].values())
+        time = datetime.fromisoformat(said["handed_in"]).astimezone(UTC)
+        receipt = Receipt(time, tuple(map(str, said["files"])), outcomes.count(cells.PASSED), len(outcomes))
+        return receipt if said["assignment"] == assignment else None
+    except (BadArchive, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
+        return None
