@@ -16,6 +16,7 @@ from tests.browser.pages import (
     open_page,
     run_cell,
     show_panel,
+    wait_until_run,
     write_greeter,
 )
 from tests.lab.test_inspector import SERVERS
@@ -206,6 +207,44 @@ def visited(page) -> set[str]:
             if (there := page.evaluate(here)) not in found and there not in new:
                 new.append(there)
     return found
+
+
+TWICE = """import subprocess, sys
+outside = subprocess.Popen([sys.executable, 'servers.py'], start_new_session=True)
+ros.until(pathlib.Path('left').exists, 600)
+outside.terminate()"""
+
+
+def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are_told(lab, page):
+    panel = begin(page, lab, "twice")
+    (lab[2] / "twice/end").touch()
+    wait_until_run(page)
+    run_cell(page, 2, TWICE)
+    expect(panel).to_contain_text("(python servers.py) and by servers.py of this notebook: either may answer.")
+    panel.get_by_label("What to do").select_option("Publish a message")
+    expect(panel).not_to_contain_text("either may answer")
+    panel.get_by_label("Times a second").fill("5")
+    panel.get_by_role("button", name="Publish", exact=True).click()
+    passed = panel.get_by_role("region", name="Timeline")
+    expect(passed).to_contain_text("5 a second, to 2 subscriptions.")
+    first, before = panel.get_by_label("x float64").first, "What is published is still the message from before"
+    expect(passed).not_to_contain_text(before)
+    first.fill("fast")
+    expect(passed).to_contain_text(before)
+    again = passed.get_by_role("button", name="Publish the new one")
+    expect(again).to_have_count(0)
+    first.fill("0.5")
+    expect(passed).to_contain_text(before)
+    expect_no_barriers(page, "#ros2-course-inspector", "inspector-edited")
+    again.click()
+    expect(passed).to_contain_text("x: 0.5")
+    expect(passed).not_to_contain_text(before)
+    expect(passed.get_by_role("button", name="Stop")).to_be_visible()
+    expect(panel).to_be_focused()
+    panel.get_by_label("What to do").select_option("Call a service")
+    expect(panel).to_contain_text("either may answer")
+    (lab[2] / "twice/left").touch()
+    expect(panel).not_to_contain_text("either may answer")
 
 
 @pytest.mark.matrix  # tests/lab/test_inspector.py publishes at a rate

@@ -155,6 +155,25 @@ def test_what_can_be_sent_to_is_offered_without_what_every_node_has(page):
     assert [name for name, _ in offered["service"] if name.startswith("/servers/")] == []
 
 
+def test_several_servers_of_one_name_are_named_until_one_is_left(kernel, page):
+    kernel.run(
+        "import subprocess, sys\noutside = subprocess.Popen([sys.executable, 'servers.py'], start_new_session=True)"
+    )
+    page.subscribe("inspector")
+    while len(several := page.event()["data"]["several"]) < 4:
+        pass
+    process = kernel.run("print(outside.pid)")
+    nodes = "Nodes shows where each runs: stop"
+    both = f"/servers, process {process} (python servers.py) and by servers.py of this notebook"
+    served = f"It is served by {both}: either may answer. {nodes} all but one."
+    names = "service /add_two_ints", "service /stuck", "action /fibonacci"
+    twins = f"2 nodes have this name: either may answer. {nodes} one, or give it another name."
+    assert several == dict.fromkeys(names, served) | {"parameter /servers": twins}
+    kernel.run("outside.terminate()")
+    while page.event()["data"]["several"]:
+        pass
+
+
 def test_a_service_is_called_and_its_program_and_line_do_the_same(kernel, page):
     state = follow(page, "response", **ADD, given={"a": "2", "b": "40"})
     assert [event for _, event, _ in state["events"]] == ["request", "response"]
@@ -246,6 +265,7 @@ def test_a_message_is_published_at_a_rate_until_it_is_stopped_and_its_program_an
     assert "nothing to stop" in page.ask("inspector.cancel", number=number)["error"]
     told = page.ask("inspector.look", **TWIST, given=given, rate="20")["result"]
     assert told["ros2"].startswith("ros2 topic pub --rate 20 /cmd_vel")
+    assert state["line"] == told["ros2"]  # by which the page sees that its form has not changed
     (kernel.folder / "again.py").write_text(told["python"])
     for run, end in (
         ("ros.start('again.py')", "ros.stop('again.py')"),

@@ -31,10 +31,16 @@ _numbers = itertools.count(1)
 class Exchange:
     """The messages between a client or publisher and the server, action server or subscriptions of `name`."""
 
-    def __init__(self, kind: str, name: str, type_name: str, by: str = INSPECTOR, about: str = ""):
-        """Begin; `kind` is service, action, topic or parameter, `by` the sender, `about` a remark for the reader."""
+    def __init__(
+        self, kind: str, name: str, type_name: str, by: str = INSPECTOR, about: str = "", line: str = ""
+    ) -> None:
+        """Begin; `kind` is service, action, topic or parameter, `by` the sender, `about` a remark for the reader.
+
+        `line` is the shell command that sends the same, if known.
+        """
         self.number = f"{os.getpid()}.{next(_numbers)}"  # unique across restarts of the kernel
         self.kind, self.name, self.type_name, self.by, self.about = kind, name, type_name, by, about
+        self._line = line
         self._first: list[list[Any]] = []
         self._last: deque[list[Any]] = deque(maxlen=LAST)
         self._count = 0
@@ -138,6 +144,7 @@ class Exchange:
                 **summary,
                 "type": self.type_name,
                 "about": self.about,
+                "line": self._line,
                 "events": [*self._first, *self._last],
                 "left_out": self._count - len(self._first) - len(self._last),  # between the first and the last events
                 "first": len(self._first),

@@ -1,5 +1,6 @@
 """The inspector: a form to call a service, send a goal, publish a message or set a parameter, and the result."""
 
+from collections import Counter
 from typing import Any
 
 from rcl_interfaces.msg import ParameterDescriptor
@@ -11,8 +12,8 @@ from course.errors import LiveError
 from course.lab.kernel import exchange, forms, programs, sending, traffic
 from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros.names import TYPE_NAMES, own_first
-from course.session.live import current
+from course.ros.names import SEND, TYPE_NAMES, own_first
+from course.session.live import Session, current
 
 ANSWER = 5.0  # s
 LONGEST = 600.0  # s that a reader may choose to wait
@@ -46,20 +47,46 @@ def restart_server(service: str) -> None:
     session().restart_server(service)
 
 
-def offers() -> dict[str, list[list[str]]]:
+def offers() -> dict[str, Any]:
     """Return the possible receivers with their types, by kind; for parameters, the nodes.
 
+    "several" has a sentence for each of which there are several, by its kind and name: "service /add_two_ints".
     It is empty without a session.
     """
     if (live := current()) is None:
-        return {kind: [] for kind in (*forms.LOADERS, PARAMETER)}
-    services = [each for each in live.node.get_service_names_and_types() if live.node.count_services(each[0])]
-    return {
-        "service": _of_interest(services),
-        "action": _of_interest(get_action_names_and_types(live.node)),
-        "topic": _of_interest(live.node.get_topic_names_and_types()),
-        PARAMETER: [[name, ""] for name in sorted({row.name for row in live.rows() if row.alive})],
+        return {kind: [] for kind in (*forms.LOADERS, PARAMETER)} | {"several": {}}
+    count = live.node.count_services
+    nodes = Counter(row.name for row in live.rows() if row.alive)
+    services = _of_interest([each for each in live.node.get_service_names_and_types() if count(each[0])])
+    actions = _of_interest(get_action_names_and_types(live.node))
+    several = {f"service {name}": _servers(live, name) for name, _ in services if count(name) > 1}
+    several |= {f"action {name}": _servers(live, name) for name, _ in actions if count(f"{name}{SEND}") > 1}
+    several |= {
+        f"{PARAMETER} {name}": f"{number} nodes have this name: {_any(number)} may answer. Nodes shows where each "
+        "runs: stop one, or give it another name."
+        for name, number in nodes.items()
+        if number > 1
     }
+    return {
+        "service": services,
+        "action": actions,
+        "topic": _of_interest(live.node.get_topic_names_and_types()),
+        PARAMETER: [[name, ""] for name in sorted(nodes)],
+        "several": {what: said for what, said in several.items() if said},
+    }
+
+
+def _servers(live: Session, name: str) -> str:
+    """Return a sentence that names the servers of a service or action; '' if only one is left."""
+    servers = [who for who, _ in live.others(name)]
+    if len(servers) < 2:
+        return ""
+    told = " and by ".join(servers)
+    return f"It is served by {told}: {_any(len(servers))} may answer. Nodes shows where each runs: stop all but one."
+
+
+def _any(count: int) -> str:
+    return "either" if count == 2 else "any of them"
 
 
 def _of_interest(found: list[tuple[str, list[str]]]) -> list[list[str]]:
@@ -180,12 +207,14 @@ def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: f
         made = Parameter(parameter, Parameter.Type(number), value)
         return sending.set_parameter(live, name, made, timeout).number
     interface = forms.interface(kind, type_name)
-    message = forms.message_of(interface.message, forms.fill(interface.message, given))
+    filled = forms.fill(interface.message, given)
+    message = forms.message_of(interface.message, filled)
     if kind == "topic":
         try:
             hertz = _hertz(kind, rate)
         except ValueError as error:
             raise LiveError(f"rate: {error}") from None
-        return sending.publish(live, interface, name, message, hertz).number
+        line = programs.command(interface, name, filled.values, hertz)
+        return sending.publish(live, interface, name, message, hertz, line).number
     begin = sending.call if kind == "service" else sending.send_goal
     return begin(live, interface, name, message, timeout).number

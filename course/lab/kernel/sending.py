@@ -63,14 +63,18 @@ def set_parameter(live: Session, node: str, parameter: Parameter, timeout: float
     return _begun(exchange, work)
 
 
-def publish(live: Session, interface: Interface, name: str, message: Any, rate: float | None = None) -> Exchange:
+def publish(
+    live: Session, interface: Interface, name: str, message: Any, rate: float | None = None, line: str = ""
+) -> Exchange:
     """Publish a message once the publisher has matched the subscriptions: once, or at `rate` Hz.
+
+    `line` is the command that does the same, from which the page sees whether its form has changed since.
 
     A repeated publication ends when it is stopped, no page shows it any more, another message is published on the topic
     from here, or the session ends.
     """
     about = "It goes on while the Inspector is open. To change it, publish again." if rate else ""
-    exchange = keep(Exchange("topic", name, interface.name, about=about))
+    exchange = keep(Exchange("topic", name, interface.name, about=about, line=line))
     stop = Stop()
     if name in _repeating:
         _repeating.pop(name).cancel()

@@ -12,6 +12,7 @@ export interface Exchange {
   type: string;
   by: string; // the sender
   about: string; // a remark on what the diagram does not show
+  line: string; // the command that does the same, if known
   state: 'running' | 'over' | 'failed';
   events: [number, string, string][]; // ms since the first, the event, and the message as YAML
   first: number; // events before the omitted ones
@@ -32,7 +33,13 @@ const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
 };
 const SHOWN = 24; // arrows at most
 
-export function ExchangeView({ link, number }: { link: Link; number: string }): JSX.Element {
+interface View {
+  link: Link;
+  number: string;
+  remark?: (exchange: Exchange) => React.ReactNode; // drawn below the buttons
+}
+
+export function ExchangeView({ link, number, remark }: View): JSX.Element {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
   const [failed, setFailed] = React.useState('');
   useTopic(
@@ -62,6 +69,7 @@ export function ExchangeView({ link, number }: { link: Link; number: string }): 
           <button onClick={() => void cancel()}>{exchange.kind === 'topic' ? 'Stop' : 'Cancel the goal'}</button>
         )}
       </div>
+      {exchange && remark?.(exchange)}
       {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
       <div role="status">
         {exchange?.state === 'running' && !(exchange.kind === 'topic' && exchange.cancellable) && <p>Waiting for {awaited(exchange)} …</p>}

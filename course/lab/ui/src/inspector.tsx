@@ -19,7 +19,8 @@ export const inspectorIcon = new LabIcon({
 
 const RATE = '(rate)'; // the kernel's name for this field in error messages
 
-type Offers = { [kind in Kind]: [string, string][] };
+/** The names with their types, by kind; and a sentence for each that several nodes have, by kind and name. */
+type Offers = { [kind in Kind]: [string, string][] } & { several: { [what: string]: string } };
 export type Kind = 'service' | 'action' | 'topic' | 'parameter';
 
 const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
@@ -221,6 +222,9 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
               </select>
             </label>
           )}
+          <div role="status">
+            {offers?.several[`${kind} ${name}`] && <p className="ros-note">{offers.several[`${kind} ${name}`]}</p>}
+          </div>
           {name && (
             <Sending
               key={`${kind} ${what}`}
@@ -356,8 +360,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
     };
   }, [link, asked, complete]);
 
-  const send = async (event: React.FormEvent) => {
-    event.preventDefault();
+  const send = async () => {
     setFailed('');
     try {
       const found: Looked = await link.request('inspector.look', asked);
@@ -374,6 +377,24 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
     }
   };
   const count = Object.keys(looked.wrong).length;
+  const remark = (shown: Exchange) => {
+    const differs = looked.ros2 ? looked.ros2 !== shown.line : count > 0;
+    if (!shown.cancellable || !shown.line || !differs) {
+      return null;
+    }
+    const again = (event: React.MouseEvent) => {
+      event.currentTarget.closest<HTMLElement>('.ros-Panel')?.focus(); // this button will be gone
+      void send();
+    };
+    return (
+      <div className="ros-Changed" role="group" aria-label="The form has other values">
+        <p className="ros-note" role="status">
+          What is published is still the message from before, not what the form shows now.
+        </p>
+        {count === 0 && <button onClick={again}>Publish the new one</button>}
+      </div>
+    );
+  };
   const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
   return (
     <>
@@ -382,7 +403,13 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
           {away ? <>{breakable(name)} is not there now.</> : breakable(type)}
         </p>
       )}
-      <form onSubmit={event => void send(event)} noValidate>
+      <form
+        onSubmit={event => {
+          event.preventDefault();
+          void send();
+        }}
+        noValidate
+      >
         {kind === 'parameter' && one && (
           <label>
             Parameter
@@ -444,7 +471,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
           {failed && <pre className="ros-story">{failed}</pre>}
         </div>
       </form>
-      {exchange !== null && <ExchangeView link={link} number={exchange} />}
+      {exchange !== null && <ExchangeView link={link} number={exchange} remark={remark} />}
       <h3>The same in a terminal</h3>
       <Code text={looked.ros2} what="The line" waiting={waiting} wrap />
       <h3>The same in Python</h3>

@@ -922,6 +922,16 @@ body[data-jp-theme-light='false'] {
   text-decoration: underline;
 }
 
+.ros-Changed {
+  border-left: 4px solid var(--jp-warn-color1);
+  margin: 8px 0;
+  padding-left: 8px;
+}
+
+.ros-Changed > p {
+  margin: 0 0 4px;
+}
+
 .ros-note {
   color: var(--ros-warn);
   font-weight: 600;
