@@ -155,6 +155,16 @@ def test_what_can_be_sent_to_is_offered_without_what_every_node_has(page):
     assert [name for name, _ in offered["service"] if name.startswith("/servers/")] == []
 
 
+TWO_NODES = """from rclpy.node import Node
+from std_srvs.srv import Trigger
+class Greeter(Node):
+    def __init__(self, name):
+        super().__init__(name)
+        self.create_service(Trigger, '/greet', lambda request, response: response)
+for name in ('one', 'two'):
+    ros.start(Greeter, name)"""
+
+
 def test_several_servers_of_one_name_are_named_until_one_is_left(kernel, page):
     kernel.run(
         "import subprocess, sys\noutside = subprocess.Popen([sys.executable, 'servers.py'], start_new_session=True)"
@@ -172,6 +182,14 @@ def test_several_servers_of_one_name_are_named_until_one_is_left(kernel, page):
     kernel.run("outside.terminate()")
     while page.event()["data"]["several"]:
         pass
+    kernel.run(TWO_NODES)
+    while not (several := page.event()["data"]["several"]):
+        pass
+    served = (
+        f"It is served by one of this notebook and by two of this notebook: either may answer. {nodes} all but one."
+    )
+    assert several == {"service /greet": served}
+    kernel.run("ros.stop('one')\nros.stop('two')")
 
 
 def test_a_service_is_called_and_its_program_and_line_do_the_same(kernel, page):
