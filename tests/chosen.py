@@ -20,3 +20,8 @@ def values(request: pytest.FixtureRequest, name: str) -> set[Any]:
 def cases(every: Iterable[Any], nightly: Collection[Any]) -> list[Any]:
     """Return parameters, of which the nightly ones belong to the matrix."""
     return [pytest.param(each, marks=pytest.mark.matrix if each in nightly else ()) for each in every]
+
+
+def each_night(*case: Any) -> Any:
+    """Return the parameters of a test for the matrix."""
+    return pytest.param(*case, marks=pytest.mark.matrix)

@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 from course.foundation.waiting import wait_until
+from tests.chosen import each_night
 from tests.ports import free_port
 
 ROOT = Path(__file__).parents[2]
@@ -147,7 +148,7 @@ def test_start_opens_the_start_page():
     assert (ROOT / "notebooks/index.ipynb").exists()
 
 
-@pytest.mark.parametrize("way", ["moved", "copied", "reached by a link"])
+@pytest.mark.parametrize("way", [each_night("moved"), "copied", "reached by a link"])
 def test_install_makes_a_moved_environment_anew_and_keeps_one_in_its_place(way, tmp_path):
     """The first line of each program in it names the folder that it was made in."""
     first, now = tmp_path / "my course", tmp_path / "now"

@@ -43,7 +43,7 @@ def likeliest(request, programs, grade):
 
 
 # They keep the grader waiting in vain, or drive for long: they belong to the matrix.
-SLOW = {"actions", "ai_integration", "calculator"}
+SLOW = {"actions", "ai_integration", "calculator", "parameters"}
 CASES = [pytest.param(name, marks=pytest.mark.matrix if name in SLOW else ()) for name in exercises.names()]
 
 

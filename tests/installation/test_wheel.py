@@ -43,6 +43,7 @@ def test_it_grades_a_course_folder(installed, tmp_path):
     assert (tmp_path / "gradebook.db").exists()
 
 
+@pytest.mark.matrix  # the test above grades, too
 def test_it_checks_a_submission(installed):
     assert installed.score() == ("graded", 20, [])
 

@@ -11,6 +11,7 @@ from course.foundation import cells
 from course.notebook.exercise_magic import exercise
 from course.notebook.needed_cells import SESSION, names_of
 from course.session import live
+from tests.chosen import each_night
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS, SHELL, Page
 
@@ -123,8 +124,7 @@ SEEN_LATE = {
 }
 # Right answers that a public check refuses: it asks one node for all parameters, as the task has it.
 REFUSED = {"gains kept in an object, two nodes, threads, async, slow start, best effort"}
-QUICK = {  # in each run; all the others each night
-    "actions": "preempts and does not wait for the cabin",
+QUICK = {  # in each run, as are two of actions below; all the others each night
     "ai_integration": "the node turns both signs",
     "calculator": "crash on division by zero",
     "parameters": "integral never starts again",
@@ -217,12 +217,8 @@ def test_the_reference_passes(empty, exercise):
     assert set(Page(exercise).judge(answers.solution(exercise)).values()) == {cells.PASSED}
 
 
-AGAIN = "ai_integration"  # whose check hears what the node publishes; the other exercises' belong to the matrix
-
-
-@pytest.mark.parametrize(
-    "exercise", [pytest.param(each, marks=[pytest.mark.matrix] * (each != AGAIN)) for each in answers.names()]
-)
+@pytest.mark.matrix  # a check that fails runs twice in test_a_check_that_fails_leaves_no_more_than_one_end_of_a_topic
+@pytest.mark.parametrize("exercise", answers.names())
 @pytest.mark.long("runs each check of an exercise three times")
 def test_each_check_passes_again_in_the_same_kernel(empty, exercise, capfd):
     """Also a third time, and nothing that the runs before have left raises anything."""
@@ -256,7 +252,7 @@ def test_a_check_that_fails_leaves_no_more_than_one_end_of_a_topic(empty, exerci
 @pytest.mark.parametrize(
     ("exercise", "name"),
     [
-        pytest.param(exercise, name, marks=[pytest.mark.matrix] * (name != QUICK[exercise]))
+        pytest.param(exercise, name, marks=[pytest.mark.matrix] * (name != QUICK.get(exercise)))
         for exercise in answers.names()
         for name in wrong(exercise)
     ],
@@ -286,6 +282,7 @@ def test_the_parameters_of_a_relay_may_belong_to_the_second_of_two_nodes(empty):
     assert not [notice for notice in live.live().watch.notices() if "does not declare" in notice]
 
 
+@pytest.mark.matrix  # a right answer in another style
 def test_a_relay_that_learns_after_a_call_that_the_server_has_gone_is_called_again(empty):
     """The call that it sent to nobody waits for as long as it likes: what becomes of it is up to the student."""
     assert LEARNS_LATER.count(b"look") == 3 and b"self.is_there:" in LEARNS_LATER
@@ -320,6 +317,7 @@ AWAITS_THE_SERVER = (
 )
 
 
+@pytest.mark.matrix  # a right answer in another style
 def test_a_relay_may_await_its_server_for_four_seconds(empty):
     files = answers.changed(answers.solution("services"), "relay.py", *AWAITS_THE_SERVER)
     assert Page("services").judge(files, "relay") == {"relay": cells.PASSED}
@@ -502,6 +500,7 @@ ONE_LOCK_FOR_ALL = (
 )
 
 
+@pytest.mark.matrix  # test_a_task_on_the_page_names_the_line_that_blocks
 def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the_right_answer(empty):
     """What a check that failed has left does not count the steps of the next one, too."""
     right = answers.solution("actions")
@@ -513,6 +512,7 @@ def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the
     assert page.check("lift-server") == cells.PASSED
 
 
+@pytest.mark.matrix  # a right answer on a slow machine; test_the_reference_passes
 def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(empty, monkeypatch):
     session = live.live()
     made = session.node.create_client
@@ -603,11 +603,6 @@ SAYS_NOTHING = """        if self.blocked:
 """
 
 
-def each_night(*case: str):
-    """A case that is judged each night."""
-    return pytest.param(*case, marks=pytest.mark.matrix)
-
-
 @pytest.mark.parametrize(
     ("exercise", "check", "file", "old", "new", "says"),
     [
@@ -675,7 +670,7 @@ def each_night(*case: str):
             "9",
             "with the parameter top at 2, a goal for [3] must be rejected, and was accepted",
         ),
-        (
+        each_night(
             "actions",
             "lift-server",
             "lift_server.py",
@@ -683,7 +678,7 @@ def each_night(*case: str):
             "        self.blocked = self.blocked or request.data\n",
             "with a free shaft again, a goal that needs a step ended as aborted, not as succeeded",
         ),
-        (
+        each_night(
             "actions",
             "lift-server",
             "lift_server.py",
@@ -691,7 +686,7 @@ def each_night(*case: str):
             SAYS_NOTHING,
             "must have the result stops=[",
         ),
-        (
+        each_night(
             "actions",
             "lift-server",
             "lift_server.py",
@@ -1015,6 +1010,7 @@ FOUR_THREADS = (
 )  # fmt: skip
 
 
+@pytest.mark.matrix  # the hidden test of several callers has this wrong answer
 def test_a_check_counts_the_threads_that_six_callers_block(empty):
     files = answers.changed(answers.solution("services"), "relay.py", *FOUR_THREADS)
     said = Page("services").judge(files, "relay")["relay"]

@@ -18,6 +18,7 @@ from course.errors import CallTimeout, NodeFailed
 from course.session import patience, stacks, started_nodes
 from course.session.live import Session
 from course.session.spinner import Spinner
+from tests.chosen import each_night
 
 SERVER = """import threading
 import time
@@ -57,35 +58,38 @@ def session() -> Iterator[Session]:
     made.close()
 
 
-@pytest.mark.parametrize("spin", [SPIN, THREADS])
 @pytest.mark.parametrize(
-    ("body", "code"),
+    ("spin", "body"),
     [
-        ("while not response.success: pass", "while not response.success: pass"),
-        ("time.sleep(60)", "time.sleep(60)"),
-        ("threading.Event().wait()", "threading.Event().wait()"),
+        (SPIN, "while not response.success: pass"),
+        (THREADS, "time.sleep(60)"),
+        (SPIN, "threading.Event().wait()"),
+        each_night(THREADS, "while not response.success: pass"),
+        each_night(SPIN, "time.sleep(60)"),
+        each_night(THREADS, "threading.Event().wait()"),
     ],
 )
-def test_a_call_that_gets_no_answer_tells_the_line_of_the_callback(session, tmp_path, spin, body, code):
+def test_a_call_that_gets_no_answer_tells_the_line_of_the_callback(session, tmp_path, spin, body):
     file = tmp_path / "server.py"
     file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
     process = session.start(file)
     assert process.doing() == ()  # it waits for callbacks
     with pytest.raises(CallTimeout) as told:
         session.call("/ask", Trigger, timeout=0.5)
-    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {code}")
+    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {body}")
     assert process.alive
 
 
-@pytest.mark.parametrize("spin", [SPIN, THREADS])
 @pytest.mark.parametrize(
-    ("body", "code"),
+    ("spin", "body"),
     [
-        ("while True: response.message += '.'", "while True: response.message += '.'"),
-        ("time.sleep(5.0)", "time.sleep(5.0)"),
+        (THREADS, "while True: response.message += '.'"),
+        (SPIN, "time.sleep(5.0)"),
+        each_night(SPIN, "while True: response.message += '.'"),
+        each_night(THREADS, "time.sleep(5.0)"),
     ],
 )
-def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session, tmp_path, spin, body, code):
+def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session, tmp_path, spin, body):
     file = tmp_path / "server.py"
     file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
     session.start(file)
@@ -93,7 +97,7 @@ def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session,
     with pytest.raises(CallTimeout, match="/ask will not answer within 5 s: its callback 'ask' sleeps") as told:
         session.call("/ask", Trigger, timeout=5.0)
     assert time.monotonic() - began < 4.0
-    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {code}")
+    assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {body}")
 
 
 @pytest.mark.parametrize(
@@ -201,7 +205,9 @@ def test_a_program_without_a_node_tells_where_it_is(session, tmp_path, monkeypat
     ("before", "limit", "says"),
     [
         ("while not self.ready: time.sleep(0.1)", 20.0, "no server for /ask yet.\nserver.py is here, in a loop that"),
-        ("while True: self.get_logger().info('x', throttle_duration_sec=1.0)", 20.0, "no server for /ask yet.\n"),
+        each_night(
+            "while True: self.get_logger().info('x', throttle_duration_sec=1.0)", 20.0, "no server for /ask yet.\n"
+        ),
         ("while time.time() < self.end: time.sleep(0.1)", 2.5, "no server for /ask within 2.5 s."),
     ],
 )
@@ -243,8 +249,8 @@ BLOCKED = """class Waits(Node):
     "wait",
     [
         lambda session: session.until(lambda: False, 4.5),
-        lambda session: session.wait(Future(), 3.5),
-        lambda session: session.call("/rest", Trigger, timeout=3.5),
+        each_night(lambda session: session.wait(Future(), 3.5)),
+        each_night(lambda session: session.call("/rest", Trigger, timeout=3.5)),
     ],
 )
 def test_a_wait_in_vain_tells_the_callback_of_a_node_that_does_not_return(session, monkeypatch, wait):
