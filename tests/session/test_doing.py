@@ -267,7 +267,8 @@ def test_a_wait_in_vain_tells_the_callback_of_a_node_that_does_not_return(sessio
         session.start(given["Waits"])
         with contextlib.suppress(CallTimeout):
             wait(session)
-        (told,) = session.watch.notices()
+        why, told = session.watch.notices()
+        assert why.startswith("`call(...)` inside a callback of 'waits' waits for a response of ")
         assert told.startswith("'waits' is in a callback that has not returned for ")
         assert told.endswith("the cell, line 9, in tick\n    self.client.call(Trigger.Request())")
         session.stop("waits")
