@@ -56,6 +56,7 @@ OF_THE_SECTION = {
     },
     "services": {
         "enable toggles",
+        "relay reads again when a is set",
         "relay reads b once",
         "relay waits 8 s for a server",
         "status success is the state",
@@ -991,6 +992,30 @@ SAYS_NOTHING = """        if self.blocked:
             "        done = self.client.call_async(AddTwoInts.Request(a=a, b=b))\n"
             "        done.add_done_callback(lambda future: setattr(response, 'success', True))\n",
             "A field that nobody sets before the callback has ended stays as it is",
+        ),
+        (
+            "services",
+            "relay",
+            "relay.py",
+            "self.get_parameter('a').value, ",
+            "self.__dict__.setdefault('a', self.get_parameter('a').value), ",
+            "with the current values a=60 and b=3, both set while the node ran: ",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "if front < 0.5:",
+            "if front < (0.55 if self.state == State.WALL_AHEAD else 0.5):",
+            "at {'front': 0.51, 'right': 0.6} it must decide (0.3, 0.0), whatever was decided before",
+        ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "if right > 1.2:",
+            "if right > (1.15 if self.state == State.LOOKING else 1.2):",
+            "at {'front': 3.0, 'right': 1.19} it must decide (0.3, -0.5), whatever was decided before",
         ),
     ],
 )
