@@ -371,10 +371,10 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
         _signal(program, signal.SIGKILL)
 
     def tell() -> None:
-        last = f" Its last line is {line.strip()[:LAST]!r}." if line.strip() else ""
+        last = f" Its last line is:\n  {line.strip()[:LAST]}" if line.strip() else ""
         say(
-            f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s.{last} This cell waits for "
-            f"it, at most {timeout:g} s."
+            f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s. This cell waits for it, at "
+            f"most {timeout:g} s.{last}"
         )
 
     printed, line = "", ""

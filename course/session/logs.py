@@ -8,7 +8,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeVar, cast
+from typing import Any, Literal, SupportsIndex, TypeVar, cast, overload
 
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
@@ -32,7 +32,7 @@ SAMPLE = 2000  # messages after which their rate is checked
 FLOOD = 1000.0  # lines a second: more than anybody reads, or a node's timer logs
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Entry:
     """One line of a log (rcl_interfaces/msg/Log)."""
 
@@ -44,6 +44,8 @@ class Entry:
 
     def __str__(self) -> str:
         return f"[{self.level}] [{self.node}]: {self.text}"
+
+    __repr__ = __str__  # so that a list of entries shows what was logged, without escapes
 
 
 class Logged(bytes):
@@ -78,6 +80,16 @@ class Logs(list[Entry]):
         return "\n".join(reversed(lines))
 
     __repr__ = __str__
+
+    @overload
+    def __getitem__(self, place: SupportsIndex) -> Entry: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> "Logs": ...
+
+    def __getitem__(self, place: SupportsIndex | slice) -> "Entry | Logs":
+        """Return an entry, or, for a slice such as `[-5:]`, the logs with these entries."""
+        return Logs(super().__getitem__(place)) if isinstance(place, slice) else super().__getitem__(place)
 
     def _repr_html_(self) -> str:
         shown = html.escape(visible(str(self), 2 * SHOWN))

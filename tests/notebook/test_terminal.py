@@ -230,11 +230,11 @@ def test_a_line_that_never_comes_is_told(tmp_path):
 
 def test_a_line_that_has_not_come_is_told_long_before_the_limit(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("course.notebook.terminal.WITHOUT", 0.3)
-    (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
+    (tmp_path / "client.py").write_text("import time\nprint('It is \"\\xe9\"', flush=True)\ntime.sleep(60)\n")
     terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00")
     said = (
-        "`python3 client.py` has printed no line with 'Max speed: 2.00' for 0.3 s. Its last line is 'Max speed: 2.0'. "
-        "This cell waits for it, at most 1 s."
+        "`python3 client.py` has printed no line with 'Max speed: 2.00' for 0.3 s. This cell waits for it, at most 1 "
+        's. Its last line is:\n  It is "\u00e9"\n'
     )
     assert said in capsys.readouterr().err
 

@@ -25,6 +25,7 @@ from course.foundation.waiting import wait_until
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.session.domains import claim_domain
 from course.session.live import Session
+from course.session.logs import Entry, Logs
 from course.session.spinner import REPORTS
 
 SERVER = """
@@ -496,6 +497,14 @@ def test_a_domain_that_others_are_in_is_left_to_them(monkeypatch):
         claim, domain = claim_domain()
     claim.close()
     assert domain in others
+
+
+def test_logs_and_parts_of_them_show_what_was_logged_as_it_is():
+    entries = Logs([Entry("INFO", "say", 'he said "it\'s"'), Entry("INFO", "say", "two\nlines, \u00fc")])
+    shown = '[INFO] [say]: he said "it\'s"\n[INFO] [say]: two\nlines, \u00fc'
+    assert repr(entries) == repr(entries[-2:]) == shown
+    assert repr([*entries]) == f"[{entries[0]}, {entries[1]}]"
+    assert (entries[1].text, entries[:1][0].text) == ("two\nlines, \u00fc", 'he said "it\'s"')
 
 
 def test_logs_are_escaped_in_the_notebook(session):
