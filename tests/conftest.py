@@ -118,11 +118,13 @@ def judge(confinement, gradings):
 
 
 # Tests that share what takes long to make run in one worker: a class's server, a JupyterLab with its browser, the queue
-# of gradings.  Those that take longest begin first.
+# of gradings, kernels.  Those that take longest begin first.
 SHARED = {
     "gradings": ("tests/attacks/", "tests/hidden/", "tests/grading/test_bad_input.py"),
     "browser": ("tests/browser/",),
+    "checks": ("tests/notebook/test_public_checks.py",),
     "classroom": ("tests/classroom/",),
+    "mistakes": ("tests/mistakes/",),
 }
 
 
