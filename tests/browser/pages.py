@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 import nbformat
@@ -85,13 +86,13 @@ One callback is enough.
 </details>"""
 
 
-def write_greeter(folder: Path, answer: str = SERVER) -> Path:
-    """An exercise with one file, two hints, one check and one question, in a folder of its own."""
+def write_greeter(folder: Path, answer: str = SERVER, checks: Iterable[str] = ("greets",)) -> Path:
+    """An exercise with one file, two hints, the checks, one by default, and one question, in a folder of its own."""
     folder.mkdir(parents=True, exist_ok=True)
     sources = [
         ("import course\n\nros = course.live()", {}),
         (f"%%exercise greeter.py\n{answer}", mark("greeter-file", solution=True)),
-        (CHECK, mark("greets", grade=True, locked=True, points=2)),
+        *((CHECK, mark(name, grade=True, locked=True, points=2)) for name in checks),
     ]
     question = mark("why", grade=True, solution=True, points=3) | {"deletable": False}
     cells = [nbformat.v4.new_code_cell(source, metadata=metadata) for source, metadata in sources]

@@ -16,6 +16,7 @@ from tests.browser.pages import (
     open_page,
     run_cell,
     show_panel,
+    wait_for_kernel,
     write_cell,
     write_greeter,
 )
@@ -33,10 +34,10 @@ BELOW = """item => {
 }"""
 
 
-def begin(page, lab, name):
+def begin(page, lab, name, checks=("greets",)):
     """The exercise in a course's folder, with what was handed out beside it; no cell has run yet."""
     course = lab[2] / name
-    released = write_greeter(course / ".released/greeter", answer=STUB)
+    released = write_greeter(course / ".released/greeter", answer=STUB, checks=checks)
     (course / "greeter").mkdir(exist_ok=True)
     shutil.copy(released, course / "greeter")
     open_page(page, lab, f"{name}/greeter/greeter.ipynb")
@@ -125,3 +126,19 @@ def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
     panel.get_by_role("button", name="Reset greeter.py").click()
     page.get_by_role("dialog").get_by_role("button", name="Reset").click()
     expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was released")
+
+
+def test_after_a_restart_no_further_check_of_all_is_run(lab, page):
+    """The new kernel knows nothing of what the cells before a check have made."""
+    panel = begin(page, lab, "restarted", checks=("greets", "later"))
+    checks = panel.get_by_role("list", name="Checks and questions")
+    run_cell(page, 0, BUSY)
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("…greets: running")
+    page.get_by_role("button", name="Restart the kernel", exact=True).click()
+    page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
+    expect(checks).not_to_contain_text("running")
+    wait_for_kernel(page)
+    run_cell(page, 0, "print('new')")
+    expect(cell(page, 0)).to_contain_text("new\n")
+    expect(checks).to_contain_text("later: not run")

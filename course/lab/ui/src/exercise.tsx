@@ -252,11 +252,23 @@ function Markdown({ text, panel }: { text: string; panel: NotebookPanel }): JSX.
   return <div ref={place} className="ros-hint" />;
 }
 
-/** Run the cells with these names one after the other, whatever their results. */
+/** Run the cells with these names one after the other, whatever their results, until the kernel is restarted. */
 async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
-  const notebook = panel.content;
-  for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
-    await NotebookActions.runCells(notebook, [cell], panel.sessionContext);
+  const { content: notebook, sessionContext } = panel;
+  let restarted = false;
+  const look = (_: unknown, status: string) => {
+    restarted ||= status.endsWith('restarting'); // the new kernel knows nothing of what the cells need
+  };
+  sessionContext.statusChanged.connect(look);
+  try {
+    for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
+      await NotebookActions.runCells(notebook, [cell], sessionContext);
+      if (restarted) {
+        return;
+      }
+    }
+  } finally {
+    sessionContext.statusChanged.disconnect(look);
   }
 }
 
