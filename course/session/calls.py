@@ -224,8 +224,11 @@ class Calls:
             if service not in handle.services:
                 continue
             text, name = (handle.source, "") if isinstance(handle, NodeProcess) else handle.callback_of(service)
-            threads = 1 if isinstance(handle, NodeProcess) else handle.threads
-            if why := blocked(text, service, name, threads=threads, is_served=self.node.count_services):
+            threads, group = (
+                (1, None) if isinstance(handle, NodeProcess) else (handle.threads, handle.one_group(service))
+            )
+            served = self.node.count_services
+            if why := blocked(text, service, name, threads=threads, is_served=served, one_group=group):
                 self.watch.forget("inside a callback")  # the guards have reported the same
                 return why
         return ""

@@ -28,7 +28,7 @@ from rclpy.utilities import get_default_context
 
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import busy_receiver, client_of, is_served, is_shut_down, owner, replace_in_rclpy
-from course.session.source import is_cell, running_cell
+from course.session.source import AWAIT, is_cell, running_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
 EXECUTORS = rclpy.executors.__file__
@@ -187,7 +187,7 @@ class Guards:
             if spun:
                 self._notice(
                     f"spin_until_future_complete inside a callback of '{node.get_name()}' waits for an executor that "
-                    "is busy with this callback. Make it `async def`, and write `await` before call_async(...)."
+                    f"is busy with this callback.{AWAIT}"
                 )
                 # No other executor spins it, so this waits, as it would in a program.
                 wait_until(lambda: future.done() or not _is_spun(node) or not node.context.ok(), limit)
@@ -228,7 +228,7 @@ class Guards:
                     self._notice(
                         f"`call(...)` inside a callback of '{owner(self_).lstrip('/')}' waits for a response of "
                         f"{self_.service_name} that only its own executor can receive, and {why} is busy with this "
-                        "callback. Make it `async def`, and write `await client.call_async(...)`."
+                        f"callback.{AWAIT}"
                     )
                 return original(self_, request, timeout_sec)
 

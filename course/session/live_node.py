@@ -10,6 +10,7 @@ from types import FrameType
 from typing import Any, Protocol
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
@@ -85,6 +86,12 @@ class LiveNode:
         """Return the text of the cell or file of the callback of `service`, and its name; '' if unknown."""
         found = (each.callback for each in self.node.services if each.service_name == service)
         return next(((text_of(callback), getattr(callback, "__name__", "")) for callback in found), ("", ""))
+
+    def one_group(self, service: str) -> bool:
+        """Return True if a client of the node is in the exclusive callback group of `service`."""
+        groups = {each.callback_group for each in self.node.services if each.service_name == service}
+        exclusive = {group for group in groups if isinstance(group, MutuallyExclusiveCallbackGroup)}
+        return any(client.callback_group in exclusive for client in self.node.clients)
 
     @property
     def raised(self) -> int:

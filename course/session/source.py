@@ -38,7 +38,7 @@ NOTHING_ELSE = (
     "`create_client(..., callback_group=ReentrantCallbackGroup())`."
 )
 ONLY_ITS_EXECUTOR = "only its own executor can receive, and the executor is busy with this callback."
-AWAIT = " Make it `async def`, and write `await client.call_async(...)`."
+AWAIT = " Make it `async def`, write `await client.call_async(...)`, and give the client a callback group of its own."
 ENDS = ("exit", "_exit", "quit")
 
 
@@ -185,14 +185,16 @@ def blocked(
     *,
     threads: int = 1,
     is_served: Callable[[str], object] = lambda name: True,
+    one_group: bool | None = None,
 ) -> str:
     """Return why the callback of `service` may never answer, judging by its text, or ''.
 
     `callback` is its name, if known, and `threads` those of its executor, if the text makes none.  `is_served` tells
-    whether a service is there.
+    whether a service is there, and `one_group`, if known, whether a client is in the callback's own exclusive group.
     """
     several = threads > 1 or "ThreadedExecutor(" in source
     tree = parse(source)
+    one_group = _one_group(tree) if one_group is None else one_group
     names = {callback} if callback else service_callbacks(tree, service)
     for function in named(tree, names):
         waits_for_a_server = [*calls(function, "wait_for_service"), *calls(function, "wait_for_server")]
@@ -213,7 +215,7 @@ def blocked(
                     )
                 waits = f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that"
                 if name == "call" and several:
-                    if _one_group(tree):
+                    if one_group:
                         return f"{waits} comes to a client in its own callback group{NOTHING_ELSE}"
                     continue
                 return f"{waits} {ONLY_ITS_EXECUTOR}{AWAIT}"
@@ -222,7 +224,7 @@ def blocked(
                 f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
                 "itself. Give the client the name of another service."
             )
-        if _awaits(function) and _one_group(tree):
+        if _awaits(function) and one_group:
             return f"its callback '{function.name}' awaits a client in its own callback group{NOTHING_ELSE}"
         if loop := _awaits_in_a_loop(function):
             waits = f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`,"
