@@ -1608,6 +1608,58 @@ WRONG = {
         node(("else now - self.last_time", "else min(1.0, now - self.last_time)")),
         {"integral"},
     ),
+    "a step of more than a second counts as none": (
+        node(
+            (
+                "        self.integral += error * step\n",
+                "        step = step if step <= 1.0 else 0.0\n        self.integral += error * step\n",
+            )
+        ),
+        {"integral"},
+    ),
+    "the integral of the last 50 messages alone": (
+        node(
+            (READY, "        self.window = []\n" + READY),
+            (
+                "        self.integral += error * step\n",
+                "        self.window = [*self.window[-49:], error * step]\n        self.integral = sum(self.window)\n",
+            ),
+            ("self.ki, self.integral = param.value, 0.0", "self.ki, self.integral, self.window = param.value, 0.0, []"),
+        ),
+        {"integral"},
+    ),
+    "a ki set from 0 leaves the integral as it is": (
+        node((RESET, RESET.replace("0.0\n", "0.0 if self.ki else self.integral\n"))),
+        {"ki_starts_the_integral_again"},
+    ),
+    "an integral below 0 does not start again": (
+        node((RESET, RESET.replace("0.0\n", "min(0.0, self.integral)\n"))),
+        {"ki_starts_the_integral_again"},
+    ),
+    "only the first three changes of ki start the integral again": (
+        node(
+            (READY, "        self.changes = 0\n" + READY),
+            (
+                RESET,
+                """            if param.name == 'ki' and param.value != self.ki and self.changes < 3:
+                self.changes += 1
+                self.ki, self.integral = param.value, 0.0
+""",
+            ),
+        ),
+        {"ki_starts_the_integral_again"},
+    ),
+    "a refused set of limits freezes kp": (
+        node(
+            (READY, "        self.frozen = None\n" + READY),
+            (
+                "            return SetParametersResult(\n" + REASON,
+                "            self.frozen = self.value('kp')\n            return SetParametersResult(\n" + REASON,
+            ),
+            ("(self.value('kp') * error", "((self.value('kp') if self.frozen is None else self.frozen) * error"),
+        ),
+        {"all_or_nothing"},
+    ),
     "right parameters, and no efforts": (
         node(("        self.effort_pub.publish(Float64(data=effort))\n", "")),
         EVERYTHING - ONLY_DECLARED,
