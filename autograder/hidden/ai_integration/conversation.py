@@ -57,8 +57,9 @@ PERIOD = 0.1  # s of simulated time between two commands
 # distance that is infinite, missing or NaN; and where it says what no rule of the task says.
 LEAST = {"front": 0.1, "right": 0.3}
 A_METRE, FAR, NOTHING, NO_NUMBER = 0.01, 0.17, 0.18, 0.185
-STRANGE = 4.25  # m
+STRANGE, OPPOSITE = 4.25, 4.75  # m
 BACKWARDS, LEFT, AN_AGENT = -1.0, 1.75, -0.125
+FORWARDS, RIGHT = 2.25, -1.5
 WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
 DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
@@ -91,6 +92,7 @@ class Command(NamedTuple):
 
 
 STOP = Command(0.0, 0.0)
+CHANGED = " Or the node has changed what its agent decided, as in another test: mend that first."
 SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
 
 
@@ -120,17 +122,21 @@ class Agent:
         self.no_floats = ""  # what it returned when it was asked last and the two speeds were not both floats
         self.of_ros = ""  # a package of ROS that it tried to import when it was asked last, and did without
 
-    def ask(self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1) -> list[Command]:
+    def ask(
+        self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1, pause: float = 0.0
+    ) -> list[Command]:
         """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported.
 
-        The `last` so many are asked several `times` each, and what it decides then is what counts.
+        The `last` so many are asked several `times` each, the last time after a `pause` (s), and what it decides then
+        is what counts.
         """
         for distances in asked:
             self._bench.hide(*(value for value in distances if math.isfinite(value)))
         questions = json.dumps(
             [
-                {"front": front, "right": right, "times": times if number >= len(asked) - last else 1}
+                {"front": front, "right": right, "times": times if often else 1, "pause": pause if often else 0.0}
                 for number, (front, right) in enumerate(asked)
+                for often in [number >= len(asked) - last]
             ]
         )
 
@@ -216,6 +222,7 @@ def laid(*names: str) -> dict[str, bytes]:
 class Follower(TopicProgram):
     """The student's node."""
 
+    changes_decisions = False  # whether a test has seen that it publishes something else than its agent decided
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
     topics: ClassVar[dict[str, Topic]] = {
         SCAN: Topic("scan", "sensor_msgs/LaserScan", SUBSCRIBE),
@@ -312,7 +319,10 @@ class Follower(TopicProgram):
         settled = all(fits(command, wanted, sectors) for command in got[-2:])
         for command in got[-STAYS:] if settled else got[-1:]:
             if not fits(command, wanted, sectors):
-                raise Wrong(f"{about}, {difference(command, wanted, sectors)}.", f"commands {got}, scan {scan}")
+                changed = CHANGED if self.changes_decisions and is_of_the_agent(command) else ""
+                raise Wrong(
+                    f"{about}, {difference(command, wanted, sectors)}.{changed}", f"commands {got}, scan {scan}"
+                )
 
     def expect_driving(self, scan: LaserScan, about: str) -> None:
         """Shown this scan again and again, it must do what the agent says, whatever it makes of the scan."""
@@ -428,22 +438,40 @@ class Follower(TopicProgram):
         got = self._show_until(scan, is_strange)[-1]
         if not reads and not is_strange(got):
             return
+        self.changes_decisions = True  # until it is seen not to
         if not is_strange(got):
             raise Wrong(
                 f"The node must publish what its agent decides as it is: another agent decided to drive backwards and "
                 f"turn left at {LEFT} rad/s, and the node published {said(got)}.",
                 got,
             )
-        asked = round((got.linear - BACKWARDS) / AN_AGENT)
+        asked = max(1, round((got.linear - BACKWARDS) / AN_AGENT))
         if abs(got.linear - (right := BACKWARDS + AN_AGENT * asked)) > SAME_SPEED:
             raise Wrong(
                 f"The node must publish what its agent decides as it is: another agent decided on {right} m/s, and the "
                 f"node published {got.linear}.",
                 got,
             )
+        self.changes_decisions = False
         if asked > AGENTS:
             raise Wrong(
                 f"The node must make one WallAgent, and ask that each time: in these tests it has asked {asked}.", got
+            )
+
+    def expect_leaves_the_opposite(self, scan: LaserScan, reads: bool) -> None:
+        """The same for a decision with other signs; the scan is `OPPOSITE`."""
+        wanted = Command(FORWARDS, RIGHT)
+
+        def is_wanted(command: Command) -> bool:
+            return math.dist(command, wanted) < SAME_SPEED
+
+        got = self._show_until(scan, is_wanted)[-1]
+        if reads and not is_wanted(got):
+            self.changes_decisions = True
+            raise Wrong(
+                f"The node must publish what its agent decides as it is: another agent decided on {said(wanted)}, and "
+                f"the node published {said(got)}.",
+                got,
             )
 
     def _show_until(self, scan: LaserScan, fits: Callable[[Command], bool]) -> list[Command]:

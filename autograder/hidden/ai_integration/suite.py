@@ -19,6 +19,7 @@ from autograder.errors import Fault
 from autograder.hidden.ai_integration.conversation import (
     BOTH,
     NEXT,
+    OPPOSITE,
     PERIOD,
     STOP,
     STRANGE,
@@ -42,8 +43,11 @@ A_MILLIMETRE = 0.01  # m/s and rad/s: more than the difference that it makes to 
 SOME = 0.5  # the share of a sector's beams that have a special value
 
 LONG = 150  # decisions in a row: a robot makes so many in 15 s
+A_WHILE = 0.35  # s, in which a robot makes three decisions or four
 
 FIRST_TICKS = 6  # before the first scan
+MORE_TICKS = 32  # before the first scan: with the FIRST_TICKS, more than 3 s of simulated time
+LOOKS = Command(0.2, 0.4)  # the speeds of the curve by which a robot looks for a wall, but for their signs
 FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin with any of the ticks
 
 RATE = (9.0, 11.0)  # Hz that pass as 10 Hz
@@ -140,7 +144,7 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
     asked += [(far, lost), (far, 1.2), (far, 1.199), (0.5, 1.2), (0.501, 1.199)]
     again = rng.sample(range(len(asked)), len(asked))
     again += (kept := [0, 5, 7])  # one decision of each rule, for a long time
-    answers = agent.ask(*asked, *(asked[number] for number in again), last=len(kept), times=LONG)
+    answers = agent.ask(*asked, *(asked[number] for number in again), last=len(kept), times=LONG, pause=A_WHILE)
     turns, at_half, beyond_half, at_half_lost, beyond_half_lost = answers[:5]
     searches, at_lost, before_lost, at_both, beyond_both = answers[5 : len(asked)]
     # A threshold that makes no difference is judged by another test.
@@ -173,10 +177,10 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
         )
     for count, (number, answer) in enumerate(zip(again, answers[len(asked) :], strict=True)):
         if not is_close(answer, answers[number]):
-            when = "other" if count < len(asked) else "many"
+            when = "other decisions" if count < len(asked) else f"many decisions, the last one {A_WHILE} s before,"
             raise Wrong(
                 "The same two distances must lead to the same decision, whatever was decided before: first it said "
-                f"{said(answers[number])}, and after {when} decisions {said(answer)}.",
+                f"{said(answers[number])}, and after {when} {said(answer)}.",
                 answers,
             )
 
@@ -207,11 +211,12 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
         must = "Before the first scan, a zero Twist must be published ten times a second"
         if len(commands) < FIRST_COMMANDS:
             raise Wrong(f"{must}: in {FIRST_TICKS * PERIOD:g} s, {len(commands) or 'nothing'} came.", commands)
+        commands += follower.simulate(MORE_TICKS * PERIOD, PERIOD, lambda tick: None)
         moving = [command for command in commands if command != STOP]
-        if any(map(is_of_the_agent, moving)):
+        if any(is_of_the_agent(command) and command != LOOKS for command in moving):
             raise Wrong(f"{must}: the node asked the agent, and published what that decided.", commands)
         if moving:
-            raise Wrong(f"{must}: the robot was told to move, {said(moving[0])}.", commands)
+            raise Wrong(f"{must}: the robot was told to move, without a scan.", commands)
     follower.expect_driving(seen(rng), "After the first scan")
 
 
@@ -222,6 +227,7 @@ def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
     follower.expect_asks_its_agent(PLAIN.flat(rng, front=some_distance(rng), right=some_distance(rng)))
     reads = follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange")  # or else other tests judge it
     follower.expect_leaves_it_as_it_is(PLAIN.flat(rng, front=STRANGE, right=some_distance(rng)), reads)
+    follower.expect_leaves_the_opposite(PLAIN.flat(rng, front=OPPOSITE, right=some_distance(rng)), reads)
 
 
 @points(1, cell="wall-follower")
@@ -242,15 +248,17 @@ def test_sectors(follower: Follower, eye: Eye, rng: random.Random) -> None:
 
 
 def expect_the_newest(follower: Follower, eye: Eye, rng: random.Random) -> None:
-    """A scan counts at once and alone, without those before it; a lost one is shown again, with other distances."""
+    """Each scan counts at once and alone, without those before it; after a lost one, others are shown."""
+    about = "When a scan shows other distances than the scans before it"
     for last in (False, False, True):
-        far, near = (rng.uniform(2.0, 3.0) for _ in BOTH), [some_distance(rng) for _ in BOTH]
-        follower.expect_driving(eye.scanner.flat(rng, **dict(zip(sorted(BOTH), far, strict=True))), "With a fresh scan")
-        scan = eye.scanner.flat(rng, front=near[0], right=near[1])
+        far, *spans = (2.0, 3.0), (0.25, 1.5), (2.0, 3.0), (0.25, 1.5)
+        front, right = (round(rng.uniform(*far), 2) for _ in BOTH)
+        follower.expect_driving(eye.scanner.flat(rng, front=front, right=right), "With a fresh scan")
         with contextlib.nullcontext() if last else contextlib.suppress(Wrong):
-            follower.expect_at_once(
-                scan, near[0], near[1], "When a scan shows other distances than the scans before it", eye.sectors
-            )
+            for span in spans:
+                front, right = (round(rng.uniform(*span), 2) for _ in BOTH)
+                scan = eye.scanner.flat(rng, front=front, right=right)
+                follower.expect_at_once(scan, front, right, about, eye.sectors)
             return
 
 
@@ -495,9 +503,15 @@ def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: flo
         )
     # By the wall clock all is right.  In simulated time, too, it must stand still when the wall clock has moved on.
     if not follower.stands_still_in_time(LATEST_STOP):
+        zero = "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist."
+        if STOP in after and any(command != STOP for command in after[after.index(STOP) :]):
+            raise Wrong(
+                f"{zero} In simulated time the robot was told to stand still, and then, without a new scan, to move.",
+                after,
+            )
         raise Wrong(
-            "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist. In simulated "
-            "time the robot drives on for ever: take the time of a scan, and the time now, from one clock.",
+            f"{zero} In simulated time the robot was still driving {pause:g} s after the last scan, and later, too: "
+            "take the time of a scan, and the time now, from one clock.",
             after,
         )
     return False

@@ -1080,6 +1080,90 @@ WRONG = {
         ),
         {"asks_its_agent"},
     ),
+    "the node drives at most 0.3 m/s": (
+        node(("cmd.linear.x = action['linear']", "cmd.linear.x = min(0.3, action['linear'])")),
+        {"asks_its_agent"},
+    ),
+    "the node drives at most 1 m/s": (
+        node(("cmd.linear.x = action['linear']", "cmd.linear.x = max(-1.0, min(1.0, action['linear']))")),
+        {"asks_its_agent"},
+    ),
+    "the smaller of the last two scans": (
+        node(
+            ("        self.distances = None\n", "        self.distances = self.before = None\n"),
+            (
+                "        self.distances = nearest(msg)\n",
+                """        now = nearest(msg)
+        before, self.before = self.before or now, now
+        self.distances = {name: min(now[name], before[name]) for name in now}
+""",
+            ),
+        ),
+        {"sectors"},
+    ),
+    "each third scan is read": (
+        node(
+            ("        self.distances = None\n", "        self.distances, self.scans = None, 0\n"),
+            (
+                "        self.distances = nearest(msg)\n",
+                """        self.scans += 1
+        if self.scans % 3 == 1:
+            self.distances = nearest(msg)
+""",
+            ),
+        ),
+        {"sectors"},
+    ),
+    "looks for a wall, 3 s after the start and without a scan": (
+        node(
+            (
+                "        if self.scan_is_fresh():\n",
+                """        self.started = getattr(self, 'started', None) or self.get_clock().now()
+        if self.scan_time is None and self.get_clock().now() - self.started > Duration(seconds=3):
+            cmd.linear.x, cmd.angular.z = 0.2, -0.4
+        if self.scan_is_fresh():
+""",
+            )
+        ),
+        {"stands_before_the_first_scan"},
+    ),
+    "looks for a wall, 3.5 s after the last scan": (
+        node(
+            (
+                "        if self.scan_is_fresh():\n",
+                """        if self.scan_time and self.get_clock().now() - self.scan_time > Duration(seconds=3.5):
+            cmd.linear.x, cmd.angular.z = 0.2, -0.4
+        if self.scan_is_fresh():
+""",
+            )
+        ),
+        {"stops"},
+    ),
+    "turns for 0.3 s at most": (
+        agent(
+            ("from enum import Enum\n", "import time\nfrom enum import Enum\n"),
+            ("        self.state = State.STOPPED\n", "        self.state, self.since = State.STOPPED, None\n"),
+            (
+                "        if front < 0.5:\n",
+                """        self.since = (self.since or time.time()) if front < 0.5 else None
+        if front < 0.5 and time.time() - self.since < 0.3:
+""",
+            ),
+        ),
+        {"thresholds"},
+    ),
+    "the node changes the speed bit by bit": (
+        node(
+            ("        self.distances = None\n", "        self.distances, self.speed = None, 0.0\n"),
+            (
+                "            cmd.linear.x = action['linear']\n",
+                """            self.speed += max(-0.03, min(0.03, action['linear'] - self.speed))
+            cmd.linear.x = self.speed
+""",
+            ),
+        ),
+        {"asks_its_agent", "no_return_and_touching", "no_measurements"},
+    ),
     "a new agent for each command": (
         node(("self.agent.decide_action(", "WallAgent().decide_action(")),
         {"asks_its_agent"},

@@ -1,16 +1,17 @@
 """Asks the student's agent what it decides: `python ask_agent.py ros|no-ros QUESTIONS`, in the sandbox.
 
-QUESTIONS is a JSON list of the distances that `decide_action` is given, with the `times` that it is asked: the last
-answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer; before that `odd: ` and an answer
-that has none, `no floats: ` and one whose speeds are not both floats, and `of ROS: ` and a package of ROS that it has
-tried to import, for all its answers. With `no-ros`, importing such a package fails as on a computer without ROS, the
-class must be called WallAgent, and its answers must be dicts with the right keys.
+QUESTIONS is a JSON list of the distances that `decide_action` is given, with the `times` that it is asked, the last
+time after a `pause` (s): the last answer counts. Prints `answers: ` and a JSON list with the two speeds of each answer;
+before that `odd: ` and an answer that has none, `no floats: ` and one whose speeds are not both floats, and `of ROS: `
+and a package of ROS that it has tried to import, for all its answers. With `no-ros`, importing such a package fails as
+on a computer without ROS, the class must be called WallAgent, and its answers must be dicts with the right keys.
 Otherwise any class with a `decide_action` will do, and any two numbers, so that a wrong name costs one test.
 """
 
 import importlib
 import json
 import sys
+import time
 from collections.abc import Sequence
 from types import ModuleType
 
@@ -42,7 +43,9 @@ if __name__ == "__main__":
     answers: list[tuple[float | None, float | None]] = []
     odd = no_floats = ""
     for question in json.loads(questions):
-        for _ in range(question.pop("times")):
+        times, pause = question.pop("times"), question.pop("pause")
+        for left in reversed(range(times)):
+            time.sleep(0 if left else pause)
             action = agent.decide_action(dict(question))
         try:
             if mode == "ros" and not (isinstance(action, dict) and {"linear", "angular"} <= {*action}):

@@ -6,8 +6,9 @@ numbers are ordinary speeds, and those of `front` and `right` lie in ranges of t
 up, or turns a sign, can still be read.
 
 Shown something in front at exactly `STRANGE` m, it says instead what no rule of the task says: backwards, the faster
-the more of its kind have been asked, and to the left faster than any rule turns.  So a node that limits what an agent
-has decided, or makes a new agent for each command, can be told from one that does not.
+the more of its kind have been asked, and to the left faster than any rule turns; and at exactly `OPPOSITE` m, forwards
+and to the right, both faster than any rule.  So a node that limits what an agent has decided, or makes a new agent for
+each command, can be told from one that does not.
 
 The numbers are above 0 when the node has asked the agent of wall_agent.py, and below 0 when it has asked another class
 with a `decide_action`, one of its own.  A class with another name than WallAgent will do, and so will other keys of the
@@ -28,8 +29,9 @@ from typing import Any, ClassVar
 LEAST = {"front": 0.1, "right": 0.3}  # the number for 0 m
 A_METRE = 0.01  # more for each metre
 FAR, NOTHING, NO_NUMBER = 0.17, 0.18, 0.185  # more for a distance that is infinite, missing, or NaN
-STRANGE = 4.25  # m
+STRANGE, OPPOSITE = 4.25, 4.75  # m
 BACKWARDS, LEFT = -1.0, 1.75  # m/s and rad/s
+FORWARDS, RIGHT = 2.25, -1.5  # m/s and rad/s
 AN_AGENT = -0.125  # m/s more for each agent that was asked
 asked = [0]  # how often WallAgent was asked
 agents: list[Any] = []  # those that were
@@ -53,6 +55,8 @@ def speeds(distances: Mapping[str, float], sign: float, agent: Any) -> tuple[flo
     with contextlib.suppress(KeyError, TypeError, ValueError):
         if abs(float(distances["front"]) - STRANGE) < 1e-3:
             return sign * (BACKWARDS + AN_AGENT * len(agents)), sign * LEFT
+        if abs(float(distances["front"]) - OPPOSITE) < 1e-3:
+            return sign * FORWARDS, sign * RIGHT
     return sign * told(distances, "front"), sign * told(distances, "right")
 
 
