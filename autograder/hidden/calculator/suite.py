@@ -242,6 +242,8 @@ def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
         for near in (name + word[:4], name[:-1], name[0] + word):
             unknown[near] = f"An unknown operation whose name begins as '{name}' does"
     for operation, about in unknown.items():
+        if not operation:  # right after a request that was done: it must not be done again
+            calculator.ask(rng.uniform(1, 9), calculator.abilities[0], rng.uniform(1, 9))
         calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), about)
     by_zero = reason(calculator.provoke(rng.uniform(1, 9), "divide", 0.0))
     for b, about in [(rng.uniform(1, 9), "An unknown operation"), (0.0, "An unknown operation with b = 0")]:

@@ -394,6 +394,13 @@ WRONG = {
         server(("        elif request.operation != 'divide':\n" + UNKNOWN, "")),
         {"unknown_operation", "refuses_and_goes_on"},
     ),
+    "an empty operation is the one before": (
+        server(
+            (FIRST, "        request.operation = self.operation = request.operation or self.operation\n" + FIRST),
+            ("        super().__init__(", "        self.operation = ''\n        super().__init__("),
+        ),
+        {"unknown_operation"},
+    ),
     "an empty operation adds": (server(("== 'add'", "in ('add', '')")), {"unknown_operation"}),
     "unknown operations raise": (
         server((UNKNOWN, "            raise ValueError(request.operation)\n")),
@@ -902,6 +909,10 @@ WRONG = {
     "client ignores success": (
         client(("    if not response.success:\n", "    if False:\n")),
         {"client_shows_message", "client_exit_status"},
+    ),
+    "client leaves out the dots at the message's end": (
+        client(("{response.message}", '{response.message.rstrip(".")}')),
+        {"client_shows_message"},
     ),
     "client shows its own reason": (client(("{response.message}", "division by zero")), {"client_shows_message"}),
     "client counts the arguments for ROS": (
