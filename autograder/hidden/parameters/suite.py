@@ -50,7 +50,8 @@ LEAP, STEEP = 0.125, 9.0  # a change of the error, and a kd with which it makes 
 BEFORE = 0.5  # a kp with which each error has another effort
 SHARP = 0.5  # of an effort: a slope of LEAP with the gain STEEP makes more in a step of less than 2 s
 FAR = 1e12  # a limit that is as good as any
-LARGE, TINY = 1e6, 2.0**-12  # an error that makes a large integral, and a ki with which the effort stays small
+LARGE, TINY = 1e6, 2.0**-14  # an error that makes a large integral, and a ki with which the effort stays below 10
+MORE = 8  # times that an error is as large as another
 QUICK = 60  # errors one right after the other, each a short step
 CLAMPED = 6  # efforts in a row that are clamped
 SETTLES, SETTLED = 3, 0.4  # tries until nothing of what was before is seen, for so many s
@@ -488,11 +489,12 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
         if full.effort * sign <= 0:
             return  # judged by another test
         pid.parameters.set({"ki": 0.0})
-        last = send_often(pid, sign * error)
+        last = send_often(pid, sign * MORE * error)  # what is gathered of these must be gone, too
         pid.parameters.set({"ki": new["ki"]})
         time.sleep(0.1)  # as long as the step that was measured
         answer = pid.send(sign * error)
-        expected = [sign * rate * step for rate, step in zip(rates, steps(last, answer), strict=True)]
+        longest = answer.came - full.sent  # a node may take no time while ki is 0: another test judges it
+        expected = sign * rates[0] * steps(last, answer)[0], sign * rates[1] * longest
         expect_new_start(" to 0 and back,", full, answer, expected)
 
 

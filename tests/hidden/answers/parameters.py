@@ -1165,7 +1165,7 @@ WRONG = {
                 ),
             )
         ),
-        {"ki_starts_the_integral_again"},
+        {"derivative", "ki_starts_the_integral_again"},
     ),
     "a new ki starts again only when it is larger": (
         node(
