@@ -48,6 +48,7 @@ SLOW = 0.05  # s after which a request that is still under way is slow, and shor
 EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 UNASKED = 3  # waits for a request that were in vain, in a row, after which the relay is known not to ask
+UNASKED_FOR = 0.15  # s until a request has arrived that a relay sends when its parameters are set
 SENT_BY_SUCH = 0.5  # s until the request of such a relay has arrived, if it does ask after all
 
 
@@ -66,6 +67,10 @@ class Motors(Server):
         self.can_stop = False  # and to be stopped
         self.status_answers = False  # whether asking for the state has got an answer
         self._left: tuple[int, float] | None = None  # the start that was left alone, and when (s of time.monotonic)
+        self.silence = 0.0  # s for which it was left alone before it was looked at
+        self._least = 0.0  # s for which it must be left alone when that is done once more
+        self._only_stopped = False  # whether the emergency stop was the first and the only command to this start
+        self._wish: tuple[str, str] | None = None  # what `enable_at_first` has seen
         self._failed: dict[
             tuple[str, bool, bool], Fault
         ] = {}  # the commands without a response, and whether stopped then
@@ -88,6 +93,7 @@ class Motors(Server):
 
     def command(self, service: str, on: bool, second: bool = False) -> Any:
         """The response of /motors/enable or /motors/emergency_stop, asked by the first or the second client."""
+        self._only_stopped = False
         if service == STOP:
             self._pressed = on
         response = self._call(service, SetBool.Request(data=on), second)
@@ -118,6 +124,7 @@ class Motors(Server):
 
         How long the first takes is not known, so this is done with several times in between.
         """
+        slow = False
         for after in OVERLAPS:
             if not self.bring(state):
                 return
@@ -125,8 +132,9 @@ class Motors(Server):
             if met is None:
                 return
             yield
-            if met and after > SLOW:
+            if slow:
                 return
+            slow = met and after > SLOW  # one more, as the first may just have ended when the second arrived
 
     def _overlap(self, first: tuple[str, bool], second: tuple[str, bool], after: float) -> bool | None:
         """Return whether the first was under way `after` s later; None if one of the two has got no answer."""
@@ -251,8 +259,8 @@ class Motors(Server):
             self.command(service, on)
 
     def forget(self) -> None:
-        """Have `table` find it out once more."""
-        self._table = {}
+        """Have `table` and `enable_at_first` find it out once more."""
+        self._table, self._wish = {}, None
 
     def renew(self) -> None:
         """Have the motors disabled after a stop and after having been enabled, so that nothing before counts."""
@@ -275,16 +283,22 @@ class Motors(Server):
                 self._left = self.starts, time.monotonic()
 
     def after_silence(self, seconds: float, *commands: tuple[str, bool]) -> str:
-        """The state so many seconds after `leave`; '' when they cannot be enabled, or have ended meanwhile."""
+        """The state so many seconds after `leave`, or more; '' when they cannot be enabled, or have ended meanwhile."""
         if self._left is None or self._left[0] != self.starts:
             self.leave(*commands)
         if self._left is None:
             return ""
         starts, since = self._left
         self._left = None
+        seconds = max(seconds, self._least)
         wait_until(lambda: not self.program.alive, self.allow(since + seconds - time.monotonic()))
+        self.silence = time.monotonic() - since
         state = self.current()
         return state if self.starts == starts else ""
+
+    def leave_as_long(self) -> None:
+        """Have `after_silence` leave them alone for as long as before when something was wrong then."""
+        self._least = self.silence
 
     def stop_first(self) -> None:
         """Give the emergency stop as its first command to a start of the program."""
@@ -292,6 +306,22 @@ class Motors(Server):
         self.ensure_fresh(offer(STOP))
         self.fresh = False
         self.command(STOP, True)
+        self._only_stopped = True
+
+    def enable_at_first(self) -> tuple[str, str]:
+        """The state when a start of the program is stopped first and then asked to enable, and what was said of it.
+
+        Found out once; ('', '') when a request gets no answer, which costs other points.
+        """
+        unanswered = (ENABLE, True, True) in (self._like or self)._failed
+        if self._wish is None and not unanswered:
+            with suppress(Fault):
+                if not self._only_stopped:
+                    self.stop_first()
+                self.command(ENABLE, True)
+                said = self.said()
+                self._wish = self.named(said), said
+        return self._wish or ("", "")
 
     def expect(self, state: str, after: str) -> None:
         """They must be said to be in this state."""
@@ -459,6 +489,7 @@ class Relay(Server):
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
         self._started = 0.0  # s of time.monotonic, the latest start
         self._answers = 0  # to calls of this start
+        self._unasked: int | None = None  # the requests that it sends when its parameters are set; None: not known
         self._latest = "", 0  # the message of the latest call, and the number of sums that were answered before it
 
     @property
@@ -821,9 +852,18 @@ class Relay(Server):
         return all(result.successful for result in self.parameters.set(numbers))
 
     def vary(self, rng: random.Random) -> None:
-        """Set its parameters to other numbers: that it asks again for the same ones, or can be set, others judge."""
+        """Set its parameters to other numbers: that it asks again for the same ones, or can be set, others judge.
+
+        So do requests that it sends when it is set.  They have come by then, to be told from those of the next calls.
+        """
+        before = len(self.adder.requests)
         with suppress(Wrong):
             self.change(as_parameters(draw(rng)))
+        if self._unasked is None:
+            self.watch(UNASKED_FOR, since=time.monotonic())
+            self._unasked = len(self.adder.requests) - before
+        due = before + self._unasked
+        wait_until(lambda: len(self.adder.requests) >= due, self.allow(SENT_BY_SUCH))
 
     def sum_in(self, message: str) -> int | None:
         """The answer of /add_two_ints that a message contains, or None."""

@@ -1631,6 +1631,78 @@ WRONG = {
         ),
         {"stays_still"},
     ),
+    "the stop ends by itself after 8 s": (
+        motors(
+            (
+                "        self.get_logger().info('Motor service ready')",
+                "        self.over = self.create_timer(8.0, lambda: setattr(self, 'stopped', False))",
+            ),
+            (STOPS, "        self.over.reset()\n" + STOPS),
+        ),
+        {"stays_still"},
+    ),
+    "the end of a stop that lasted more than a second enables again": (
+        motors(
+            (
+                STOPS,
+                """        now = self.get_clock().now().nanoseconds / 1e9
+        if request.data and not self.stopped:
+            self.before, self.since = self.enabled, now
+        elif self.stopped and not request.data and now - self.since > 1.0:
+            self.enabled = self.before
+"""
+                + STOPS,
+            )
+        ),
+        {"stays_still"},
+    ),
+    "enabling ends a stop that came before the motors were ever enabled": (
+        motors(
+            (
+                REFUSE,
+                """if request.data and not hasattr(self, 'ran'):
+            self.stopped = False
+        if request.data:
+            self.ran = True
+        """
+                + REFUSE,
+            )
+        ),
+        {"stays_still"},
+    ),
+    "an enable that takes a tenth of a second overwrites the stop": (
+        motors(
+            (SWITCH, "if request.data:\n            time.sleep(0.1)\n        " + SWITCH),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "'/motors/enable', self.enable)",
+                "'/motors/enable', self.enable, callback_group=ReentrantCallbackGroup())",
+            ),
+            *THREADED,
+            ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
+        ),
+        {"stays_still"},
+    ),
+    "relay asks once more when a parameter is set": (
+        relay(
+            (
+                "        # While a callback",
+                "        self.add_post_set_parameters_callback(self.ask)\n        # While a callback",
+            ),
+            (
+                "    async def relay",
+                (
+                    "    def ask(self, parameters):\n        if self.client.service_is_ready():\n"
+                    "            self.client.call_async(AddTwoInts.Request())\n\n    async def relay"
+                ),
+            ),
+        ),
+        {"relay_asks_each_time"},
+    ),
+    "relay takes half a second before it asks": (
+        relay((ASK, ASK + "        time.sleep(0.5)\n"), ("import rclpy\n", "import time\n\nimport rclpy\n")),
+        {"several_callers", "relay_asks_each_time"},
+    ),
     "relay lets four ask at a time": (
         {
             **REFERENCE,
@@ -1800,6 +1872,8 @@ ABOUT = {
     "a disable that takes half a second overwrites the stop",
     "a second end of the stop starts the motors",
     "the stop ends by itself after 6 s",
+    "the end of a stop that lasted more than a second enables again",
+    "enabling ends a stop that came before the motors were ever enabled",
     "the stop toggles",
     "disabling ends the stop",
     "only enabled motors can be stopped",
@@ -1832,6 +1906,7 @@ DETAIL = {
     "stops are counted",
     "enable counts",
     "relay asks twice",
+    "relay asks once more when a parameter is set",
     "relay remembers its sums",
     "looks once a second whether the answer is there",
     "relay gives up after 5 s",
