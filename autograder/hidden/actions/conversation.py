@@ -157,8 +157,11 @@ class Server(LiveProgram):
         """What is wrong with a goal that was given up: how far it has come."""
         if self.program.wait(DYING):
             return Crashed(f"{self.file} died while it worked on a goal: {self.program.last_words()}.")
+        heard = [*goal.heard]
+        waited = time.monotonic() - (heard[-1].time if heard else goal.answered)
+        within = "" if goal.status else f" within {waited:.0f} s{' of its last message' if heard else ''}"
         return TimedOut(
-            f"A goal {goal.phase}. An execute callback must be begun, and come to its end: first "
+            f"A goal {goal.phase}{within}. An execute callback must be begun, and come to its end: first "
             "goal_handle.succeed(), canceled() or abort(), then `return Lift.Result(...)`."
         )
 
@@ -196,7 +199,7 @@ class Quick(Server):
     """The student's lift with a short step period and more floors."""
 
     def __init__(self, bench: Bench, rng: random.Random):
-        period, self.top = rng.choice(QUICK_STEPS), rng.randrange(11, 14)
+        period, self.top = rng.choice(QUICK_STEPS), rng.randrange(24, 40)
         super().__init__(bench, period, "--ros-args", "-p", f"step_period:={period}", "-p", f"top:={self.top}")
         # On the way to its first floor it passes the second one, where it must not stop yet.
         self._floors = [rng.randrange(6, 9), rng.randrange(1, 4), TOP, rng.randrange(4, 6)]
@@ -265,7 +268,8 @@ class Slowly:
 
     rides: list[Ride]  # the second one was sent in the first step of the first
     twice: Ride | None = None  # asked for the floor where the cabin stood, twice
-    block_took: float = 0.0  # s until the shaft was blocked in a step of one more goal; 0 when it was not
+    back: Goal | None = None  # one more goal, whose first step went down
+    block_took: float = 0.0  # s until the shaft was blocked in that step; 0 when it was not
 
 
 class Slow(Early):
@@ -300,7 +304,7 @@ class Slow(Early):
         if goal is None or not goal.accepted or not self._ends(goal):
             return seen
         seen.twice = Ride([self.place] * 2, goal)
-        goal = self.give([0], alive, limit)
+        seen.back = goal = self.give([0], alive, limit)
         if goal and goal.accepted:
             goal.wait(lambda g: g.feedback or g.status, self.bench.clock.allow(BEGUN))
             begun = time.monotonic()

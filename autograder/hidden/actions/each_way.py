@@ -7,7 +7,7 @@ import random
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from autograder.hidden.actions.conversation import TOP, Early
 from autograder.hidden.actions.rides import counted, floors_heard, published_later
@@ -15,6 +15,7 @@ from autograder.suitekit import Alive, Bench, Goal, Wrong
 
 EACH_STEP = 0.25  # s
 ROOM = 5  # steps that a goal has ahead at most
+LONG_BEGUN = 5  # steps of a goal that are over when something happens late: an odd number, as it goes to and fro
 FIRST, _, LAST = LEGS = ("first", "second", "last")
 NEAR, FAR = 1, 3  # steps to the next stop
 TRIES = 3  # of the very same: what is wrong each time is not for a machine that was busy
@@ -40,11 +41,12 @@ Event = Callable[[Goal, int], float]
 
 @dataclass(frozen=True)
 class Way:
-    """Where a cabin is when something happens: after the first step of its goal."""
+    """Where a cabin is when something happens: after the first step of its goal, or after some to and fro."""
 
     up: bool
     leg: str  # of LEGS: on the way to which of its stops
     ahead: int  # steps to that stop, when the step that is under way is over
+    done: int = 1  # steps of its goal that are over, an odd number: more are made between the first two floors
 
     @property
     def start(self) -> int:
@@ -61,7 +63,11 @@ class Way:
         away = [*([] if self.leg == FIRST else [1]), stop]
         if self.leg != LAST:
             away += [*range(stop + 1, ROOM + 1)] or [0]
-        return [self.from_(here, steps) for steps in away]
+        return [self.from_(here, steps) for steps in [*[1, 0] * (self.done // 2), *away]]
+
+    def path(self, here: int) -> list[int]:
+        """The floors to which it has come when something happens."""
+        return [self.from_(here, 1 - number % 2) for number in range(self.done)]
 
     def from_(self, here: int, count: int) -> int:
         """The floor so many steps from there."""
@@ -69,14 +75,19 @@ class Way:
 
     def __str__(self) -> str:
         steps = counted(self.ahead, "floor")
-        return f"on the way {'up' if self.up else 'down'} to the {self.leg} stop of a goal, {steps} away"
+        late = f"after {self.done} steps of a goal, " if self.done > 1 else ""
+        return f"{late}on the way {'up' if self.up else 'down'} to the {self.leg} stop of a goal, {steps} away"
 
 
 def ways(rng: random.Random) -> list[Way]:
-    """Each leg with each distance, each direction with each leg and with each distance; up and down in turn."""
+    """Each leg with each distance, each direction with each leg and with each distance; up and down in turn.
+
+    The last one happens late.
+    """
     first = rng.random() < 0.5
     cases = [(leg, ahead) for leg in LEGS for ahead in (FAR, NEAR, 2)]
-    return [Way(bool(number % 2) == first, leg, ahead) for number, (leg, ahead) in enumerate(cases)]
+    found = [Way(bool(number % 2) == first, leg, ahead) for number, (leg, ahead) in enumerate(cases)]
+    return [*found[:-1], replace(found[-1], done=LONG_BEGUN)]
 
 
 class EachWay(Early):
@@ -119,7 +130,7 @@ class EachWay(Early):
 
         happens: dict[str, Event] = {CANCEL: cancel, PREEMPT: preempt, BLOCKED: block}
         for kind, event in happens.items():
-            end, self._misses = time.monotonic() + self.allow(ENOUGH), 0
+            end, self._misses, right = time.monotonic() + self.allow(ENOUGH), 0, 0
             for way in self._ways:
                 after: list[int] = []
                 while len(after) < TRIES and self._misses < MISSES and (after or time.monotonic() < end):
@@ -129,12 +140,15 @@ class EachWay(Early):
                         continue
                     after.append(count)
                     if count <= ALLOWED[kind]:
+                        right += 1
                         break
                 else:
                     if len(after) == TRIES:
+                        before = f" Before that, {counted(right, 'goal')} in other places ended in time."
                         self._wrong[kind] = Wrong(
                             f"{RULES[kind]}, wherever the cabin is. {str(way).capitalize()}, "
-                            f"{counted(after[-1], 'step')} came after that, in each of {TRIES} tries.",
+                            f"{counted(after[-1], 'step')} came after that, in each of {TRIES} tries."
+                            f"{before if right else ''}",
                             f"{after}",
                         )
                     if after or self._misses >= MISSES:
@@ -150,8 +164,9 @@ class EachWay(Early):
         goal = self.give(way.floors(here), alive, limit)
         if not goal or not goal.accepted:
             return None
-        goal.wait(lambda g: g.feedback or g.status, self.allow(BEGUN))
-        running = way.suits(here) and not goal.status and floors_heard(goal)[:1] == [way.from_(here, 1)]
+        begun = BEGUN + 2 * EACH_STEP * (way.done - 1)
+        goal.wait(lambda g: len(g.feedback) >= way.done or g.status, self.allow(begun))
+        running = way.suits(here) and not goal.status and floors_heard(goal)[: way.done] == way.path(here)
         answered = event(goal, way.from_(here, 2)) if running else 0.0
         if not self._ends(goal) or not answered:
             return None

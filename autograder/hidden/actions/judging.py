@@ -4,6 +4,7 @@ import re
 import time
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from statistics import median
 
 from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
 from autograder.hidden.actions.conversation import SLOW_STEP, Server, accepted
@@ -96,22 +97,34 @@ def expect_one_cabin(seen: Preemption) -> None:
             f"{second.feedback[0].message.floor}.",
             f"{heard}",
         )
-    between = lengths([*first.feedback, *second.feedback])
-    if between and (min(between) < 0 or min(between) < WHOLE * BUSY_STEP < max(between)):
+    between = lengths([*first.feedback[-1:], *second.feedback[:1]])
+    own = [*first_step(first), *lengths(first.feedback), *lengths(second.feedback)]
+    short = bool(own) and min(own) < WHOLE * BUSY_STEP  # so the time between the two may be that of such a step, too
+    if between and (between[0] < 0 or (between[0] < WHOLE * BUSY_STEP and not short)):
         raise Wrong(
             "A goal that takes over must begin its first step when the goal before has ended its last one: two goals "
-            f"must never move the cabin at the same time. Where a step takes {BUSY_STEP} s, two messages were "
-            f"{abs(min(between)):.2f} s apart.",
-            f"steps of {between} s",
+            f"must never move the cabin at the same time. Where a step takes {BUSY_STEP} s, the last message of one "
+            f"and the first of the other were {abs(between[0]):.2f} s apart.",
+            f"{between} s apart, steps of {own} s",
         )
 
 
-def expect_steps_in_turn(first: Ride, second: Ride) -> None:
-    """Of two goals with long steps, the second must have begun its first step when the first had ended its last."""
+def first_step(goal: Goal) -> list[float]:
+    """How long (s) the first step of a goal took that did not wait, from when it was sent; empty without feedback."""
+    began = goal.sent + time.time() - time.monotonic()
+    return [heard.published - began for heard in goal.feedback[:1]]
+
+
+def expect_steps_in_turn(first: Ride, second: Ride, back: Goal | None) -> None:
+    """Of two goals with long steps, the second must have begun its first step when the first had ended its last.
+
+    The second one's first step may go down, as the goal `back` does, which was sent alone.
+    """
     told = [*first.goal.feedback[-1:], *second.goal.feedback[:1]]
     if len(told) < len((first, second)):
         return
-    step = min(SLOW_STEP, slow_steps([first.goal])[0])  # that it is shorter, another test judges
+    alone = [step for goal in (first.goal, back) if goal for step in first_step(goal)]
+    step = min(SLOW_STEP, *alone)  # that it is shorter, another test judges
     if (apart := lengths(told)) and apart[0] < APART * step:
         raise Wrong(
             "A goal that takes over must begin its first step when the goal before has ended its last one, however "
@@ -141,6 +154,13 @@ def expect_slow_steps(goals: Sequence[Goal]) -> None:
             "A step must be reported when its time is over, and the cabin has reached the floor. The first message "
             f"came {took[0]:.2f} s after the goal, when a step takes {SLOW_STEP} s."
         )
+    own = [step for goal in goals for step in lengths(goal.feedback)]
+    if own and min(own) < EARLIEST * SLOW_STEP:
+        raise Wrong(
+            "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...), "
+            f"also the last one of a goal. One took {min(own):.2f} s, where that is {SLOW_STEP} s.",
+            f"{own}",
+        )
 
 
 def expect_taken_over(first: Ride, second: Ride) -> None:
@@ -168,6 +188,7 @@ def expect_turns(seen: Preemption) -> None:
     for goal in (ride.goal for ride in seen.rides):
         apart = lengths([*told[-1:], *goal.feedback]) if told else []
         own = lengths(seen.rides[0].goal.feedback)  # that they are shorter, another test judges
+        own += lengths(goal.feedback) if own else []
         if own and apart and apart[0] < APART * min(BUSY_STEP, *own):
             raise Wrong(
                 "Two goals must never move the cabin at the same time, also when three come one upon the other: each "
@@ -200,6 +221,15 @@ def expect_lengths(told: Sequence[Heard], shortest: float, longest: float, rule:
     if between and (sum(between) < SHORTEST * shortest * len(between) or min(between) > longest):
         mean = sum(between) / len(between)
         raise Wrong(f"{rule} They took {mean:.2f} s on average, where that is {shortest:g} s.", f"{between}")
+
+
+def expect_each_direction(told: Sequence[Heard], period: float, rule: str) -> None:
+    """Most steps up, and most steps down, must take most of `period` s."""
+    moved = [*told[:1], *(b for a, b in pairwise(told) if a.message.floor != b.message.floor)]
+    for name, sign in (("up", 1), ("down", -1)):
+        took = [b.published - a.published for a, b in pairwise(moved) if (b.message.floor - a.message.floor) * sign > 0]
+        if took and median(took) < SHORTEST * period:
+            raise Wrong(f"{rule} Most steps {name} took {median(took):.3f} s or less, where that is {period:g} s.")
 
 
 def left_elsewhere(seen: Blocking) -> bool:

@@ -34,6 +34,7 @@ from autograder.hidden.actions.judging import (
     expect_able,
     expect_aborted_results,
     expect_arrival,
+    expect_each_direction,
     expect_for_ros,
     expect_in_time,
     expect_kept_place,
@@ -69,6 +70,7 @@ FOUND = 1.0  # s for which the client must wait for a server, by the task
 # 0.1, so that the verdict on steps of whole tenths of a second does not depend on what is drawn.
 SLOWER = 0.05
 MANY = 6  # goals that are told of
+MANY_FLOORS = 30  # of a goal that must be accepted
 AGAIN = [2, 1, 2]  # a floor comes twice, though not in a row
 WHEN = {
     "succeed": "When the goal has succeeded,",
@@ -315,7 +317,17 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, rng: random.Ran
         expect_rejection(quick, floors, "A goal with a floor below 0")
     for floors in ([quick.top + 1], [0, quick.top + rng.randrange(2, 50), 1]):
         expect_rejection(quick, floors, "A goal with a floor above `top`, as set on the command line,")
-    accepted(quick.send([quick.top]))
+    if not quick.send([2] * MANY_FLOORS).accepted:
+        raise Wrong(
+            "A goal with at least one floor, and only floors from 0 to top, must be accepted, however many they are; "
+            f"one with {MANY_FLOORS} floors was rejected."
+        )
+    highest = quick.send([quick.top])
+    if not highest.accepted:
+        raise Wrong(
+            f"{NOT_ACCEPTED[:-1]}, where `top` on the command line was {quick.top}, and the goal was for that floor."
+        )
+    highest.cancel()  # it is far away
     expect_rejection(busy, [LOW_TOP + 1], f"With `top` less than {TOP}, a goal with a floor above it")
     cancelled.join()
     expect_rejection(cancelled, [TOP + 1], f"When top is not set, a goal with a floor above {TOP}")
@@ -324,8 +336,8 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, rng: random.Ran
 
 @points(0.5, cell="lift-server")
 @twice
-def test_rejected_goal_changes_nothing(busy: Busy) -> None:
-    """A rejected goal preempts nobody."""
+def test_rejected_goal_changes_nothing(busy: Busy, quick: Quick, rng: random.Random) -> None:
+    """A rejected goal preempts nobody, and leaves the cabin where it is."""
     impossible = [floors for floors in ([TOP + 1], [-1], []) if not busy.send(floors).accepted]
     if not impossible:
         raise Wrong("A goal that cannot be reached must be rejected; it was accepted.")
@@ -351,6 +363,28 @@ def test_rejected_goal_changes_nothing(busy: Busy) -> None:
             f"{ride.floors}: {floors_heard(goal)}",
         )
     busy.over(goal, ride.floors, AT_MOST)  # the next test has the lift for itself
+    here = rng.randrange(3, 6)
+    told = begun_after(quick, here, [[quick.top + 1], [-1], []])
+    if told not in (None, here, here + 1) and begun_after(quick, here, []) in (here, here + 1):
+        raise Wrong(
+            "A goal that is rejected changes nothing, also when no other runs. The cabin stood at floor "
+            f"{here}, and after goals that were rejected the first message of a goal for floor {here + 2} told floor "
+            f"{told}."
+        )
+
+
+def begun_after(quick: Quick, here: int, impossible: list[list[int]]) -> int | None:
+    """The floor that the first message of a goal for two floors above `here` told, sent when others were rejected.
+
+    None when nothing shows that: what is wrong then costs other points.
+    """
+    with suppress(Crashed, TimedOut, Wrong):
+        starts, goal = quick.starts, quick.run([here])
+        if quick.endless or goal.status != "SUCCEEDED" or any(quick.send(floors).accepted for floors in impossible):
+            return None
+        heard = way(quick.run([here + 2]))
+        return heard[0] if heard and quick.starts == starts else None
+    return None
 
 
 @points(5, cell="lift-server")
@@ -376,7 +410,7 @@ def test_preempt(busy: Busy, quick: Quick, slow: Slow, each_way: EachWay) -> Non
         if len(slowly.rides) > 1:
             first, second = slowly.rides
             expect_no_other_step(first.goal, second.goal.answered, "When a new goal is accepted,")
-            expect_steps_in_turn(first, second)
+            expect_steps_in_turn(first, second, slowly.back)
     each_way.expect(PREEMPT)
 
 
@@ -511,7 +545,11 @@ def test_stops_while_blocked(busy: Busy, quick: Quick) -> None:
     """While the shaft is blocked, a goal that needs no step succeeds."""
     with busy.blocking() as seen:
         if "ABORTED" not in (seen.ride.end, seen.stuck.end):
-            raise Wrong("This is judged only of a lift that aborts a goal because the shaft is blocked.")
+            raise Wrong(
+                "This is judged only of a lift that aborts goals because the shaft is blocked. Neither the one that "
+                "ran when it was blocked nor one that came then, which stopped where the cabin stood and had another "
+                "stop to make, ended as ABORTED."
+            )
         if left_elsewhere(seen):
             return  # which costs other points: the goals were for a floor where the cabin was not
         if not any(ride.goal.accepted for ride in seen.there):
@@ -556,6 +594,7 @@ def test_step_period(quick: Quick, cancelled: Cancelled, slow: Slow) -> None:
     with quick.sample() as ride:
         if way(ride.goal):
             expect_lengths(ride.goal.feedback, quick.period, quick.period + SLOWER, rule)
+            expect_each_direction(ride.goal.feedback, quick.period, rule)
         else:
             count = len(ride.goal.feedback) or len(steps(0, ride.floors))
             took, right = ride.goal.ended - ride.goal.sent, count * quick.period

@@ -1147,6 +1147,11 @@ WRONG = {
         server(("top = self.get_parameter('top').value", "top = max(9, self.get_parameter('top').value)")),
         {"rejects"},
     ),
+    "a top above 20 has no effect": (
+        server(("top = self.get_parameter('top').value", "top = min(20, self.get_parameter('top').value)")),
+        {"rejects"},
+    ),
+    "rejects more than ten floors": (server(("if goal.floors and", "if 0 < len(goal.floors) <= 10 and")), {"rejects"}),
     "aborts instead of rejecting": (
         server(
             (CHECK, "if True:"),
@@ -1329,6 +1334,34 @@ WRONG = {
     "does not look for a new goal near the next stop": (
         server((ABORT, ABORT.replace("self.newest", "(abs(left[0] - self.floor) > 2 or not stops) and self.newest"))),
         {"preempt"},
+    ),
+    "looks for a new goal in the first five steps alone": (
+        server(
+            (ABORT, ABORT.replace("self.newest", "made < 5 and self.newest")),
+            (PERIOD, PERIOD + "        made = 0\n"),
+            (SLEEP, SLEEP + "            made += 1\n"),
+        ),
+        {"preempt"},
+    ),
+    "looks for a cancel in the first four steps alone": (
+        server(
+            ("if goal_handle.is_cancel_requested:", "if made < 4 and goal_handle.is_cancel_requested:"),
+            (PERIOD, PERIOD + "        made = 0\n"),
+            (SLEEP, SLEEP + "            made += 1\n"),
+        ),
+        {"cancel"},
+    ),
+    "keeps the first two promises to cancel": (
+        server(
+            ("if goal_handle.is_cancel_requested:", "if self.cancels <= 2 and goal_handle.is_cancel_requested:"),
+            ("        return CancelResponse.ACCEPT", "        self.cancels += 1\n        return CancelResponse.ACCEPT"),
+            ("        self.newest = None  #", "        self.cancels = 0\n        self.newest = None  #"),
+        ),
+        {"cancel"},
+    ),
+    "a cancelled goal has no result for twelve steps": (
+        server(("goal_handle.canceled()\n", "goal_handle.canceled()\n                time.sleep(12 * period)\n")),
+        {"cancel", "cancelled_result"},
     ),
     "makes one more step when a new goal comes": (
         server(
@@ -1597,6 +1630,18 @@ WRONG = {
         server(("        return GoalResponse.REJECT", "        self.floor = 0\n        return GoalResponse.REJECT")),
         {"rejected_goal_changes_nothing"},
     ),
+    "a goal without floors takes an idle cabin to floor 0": (
+        server(
+            (
+                "        return GoalResponse.REJECT",
+                (
+                    "        if not goal.floors and not self.cabin.locked():\n            self.floor = 0\n"
+                    "        return GoalResponse.REJECT"
+                ),
+            )
+        ),
+        {"rejected_goal_changes_nothing"},
+    ),
     "no service to block the shaft": (
         server(("        self.service = self.create_service(SetBool, '/lift/block', self.block)\n", "")),
         {"blocked", "block_is_answered", "blocked_before", "stops_while_blocked"},
@@ -1764,6 +1809,14 @@ WRONG = {
         {"blocked", "blocked_before", "stops_while_blocked"},
     ),
     "step period is fixed": (server(("sleep(period)", "sleep(1.0)")), {"step_period"}),
+    "a goal's last step takes no time": (
+        server((SLEEP, "            time.sleep(0 if len(left) == 1 and abs(left[0] - self.floor) == 1 else period)\n")),
+        {"step_period"},
+    ),
+    "a step down takes half of its time": (
+        server((SLEEP, "            time.sleep(period if left[0] > self.floor else 0.5 * period)\n")),
+        {"step_period"},
+    ),
     "a step takes less than half of its time": (server(("sleep(period)", "sleep(0.4 * period)")), {"step_period"}),
     "a step takes twice its time": (server(("sleep(period)", "sleep(2 * period)")), {"step_period"}),
     "a step takes whole tenths of a second": (
