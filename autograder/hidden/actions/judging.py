@@ -187,8 +187,9 @@ def expect_turns(seen: Preemption) -> None:
     told: list[Heard] = []
     for goal in (ride.goal for ride in seen.rides):
         apart = lengths([*told[-1:], *goal.feedback]) if told else []
-        own = lengths(seen.rides[0].goal.feedback)  # that they are shorter, another test judges
-        own += lengths(goal.feedback) if own else []
+        begun = seen.rides[0].goal
+        own = lengths(begun.feedback)  # that they are shorter, another test judges
+        own += [*first_step(begun), *lengths(goal.feedback)] if own else []
         if own and apart and apart[0] < APART * min(BUSY_STEP, *own):
             raise Wrong(
                 "Two goals must never move the cabin at the same time, also when three come one upon the other: each "
