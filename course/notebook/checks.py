@@ -64,7 +64,9 @@ def _names() -> dict[str, Any]:
 def _run(source: str, names: dict[str, Any], failed: dict[str, str]) -> str:
     shell = get_ipython()
     try:
-        with contextlib.redirect_stdout(io.StringIO()):
+        session = current()
+        own = session.checking(source) if session else contextlib.nullcontext()
+        with contextlib.redirect_stdout(io.StringIO()), own:
             exec(compile(shell.transform_cell(source), "check", "exec"), names)
     except (AssertionError, CourseError) as error:
         return f"not yet: {error}"

@@ -168,7 +168,7 @@ def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
     return [(path, cell) for path, of_one in known for cell in of_one if cell.kind == "code"]
 
 
-def _news_before(*_: Any) -> None:
+def _news_before(info: Any = None, *_: Any) -> None:
     """Report, before a cell runs, nodes that have died since the last one; look for a loop while it runs."""
     _began[0] = time.monotonic()
     _looking[0].set()
@@ -177,6 +177,9 @@ def _news_before(*_: Any) -> None:
     threading.Thread(target=_look_for_a_loop, args=args, name="looks for a loop", daemon=True).start()
     for text in _pending():
         print(text, file=sys.stderr)
+    source, session = str(getattr(info, "raw_cell", "")), _session()
+    if session is not None and _as_check(source):
+        session.begin_check(source)
 
 
 def _look_for_a_loop(over: threading.Event, thread: int, began: float) -> None:
@@ -216,13 +219,24 @@ def _tell_of_shell(cell: str) -> None:
 
 def _note_check(source: str, *, passed: bool) -> None:
     """Note which files a public check of a notebook in the kernel's folder has judged."""
+    for path, known, at in _as_check(source):
+        files = [name for above in known[:at] if (name := written_by(above))]
+        note_checked(path.parent, known[at].name, files, passed=passed)
+        if (session := _session()) is not None:
+            session.end_check(passed=passed)
+
+
+def _as_check(source: str) -> list[tuple[Path, list[cells.Cell], int]]:
+    """Return the notebooks in the kernel's folder with this public check: path, cells, and the check's index."""
     if "assert" not in source:  # most cells are none, and reading the notebooks takes time
-        return
-    for path, known in cells.readable(sorted(Path().glob("*.ipynb"))):
-        for at, cell in enumerate(known):
-            if cell.public_check and cell.source == source:
-                files = [name for above in known[:at] if (name := written_by(above))]
-                note_checked(path.parent, cell.name, files, passed=passed)
+        return []
+    pages = cells.readable(sorted(Path().glob("*.ipynb")))
+    return [
+        (path, known, at)
+        for path, known in pages
+        for at, cell in enumerate(known)
+        if cell.public_check and cell.source == source
+    ]
 
 
 def _pending() -> list[str]:

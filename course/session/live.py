@@ -5,11 +5,13 @@ by its own executor, as if each ran in its own process: a node that blocks does 
 those threads; cells run in the main thread.
 """
 
+import ast
 import atexit
+import contextlib
 import os
 import socket
 import warnings
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from linecache import getlines
 from pathlib import Path
 from shutil import which
@@ -67,7 +69,7 @@ from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill, service_type
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts, is_cell
+from course.session.source import doubts, is_cell, parse
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row
@@ -196,6 +198,27 @@ class Session:
         expect_name(name, "stop", self._handles)
         self._look_up(name)
         self._nodes.stop(name)
+
+    @contextlib.contextmanager
+    def checking(self, source: str) -> Iterator[None]:
+        """Run the public check with this text; if it fails, the nodes of its own classes are stopped."""
+        self.begin_check(source)
+        try:
+            yield
+        except BaseException:
+            self.end_check(passed=False)
+            raise
+        self.end_check(passed=True)
+
+    def begin_check(self, source: str) -> None:
+        """Note that the public check with this text begins: nodes of the classes that it defines are a part of it."""
+        self._nodes.of_check = [each.name for each in parse(source).body if isinstance(each, ast.ClassDef)]
+
+    def end_check(self, *, passed: bool) -> None:
+        """Note that a public check is over; unless it has `passed`, its own nodes are stopped."""
+        self._nodes.of_check = ()
+        if not passed:
+            self._nodes.stop_of_checks()
 
     def stop_outsider(self, pid: int, born: int) -> None:
         """Stop a program that others have started, as Ctrl-C does; `born` is the `birth` of its process.

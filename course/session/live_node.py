@@ -41,9 +41,12 @@ class Owner(Protocol):
 class LiveNode:
     """A handle on a node that runs in this kernel; `node` is the rclpy node itself."""
 
-    def __init__(self, owner: Owner, spinner: Spinner, cell: str = ""):
-        """Make one; `cell` names the code of the cell that has started it, if one has."""
-        self._owner, self._spinner, self.cell = owner, spinner, cell
+    def __init__(self, owner: Owner, spinner: Spinner, cell: str = "", *, of_check: bool = False):
+        """Make one; `cell` names the code of the cell that has started it, if one has.
+
+        One that is `of_check` is a part of a public check, which may hold its callbacks on purpose.
+        """
+        self._owner, self._spinner, self.cell, self.of_check = owner, spinner, cell, of_check
         self.node = spinner.node
         self.name = self.node.get_name()
         self.nodes = [self.node.get_fully_qualified_name()]

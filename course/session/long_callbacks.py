@@ -31,7 +31,7 @@ class LongCallbacks:
     def told(self, service: str = "") -> list[str]:
         """Return where each node is that has been in one callback for `LONG` s.
 
-        Without the nodes that serve `service`, of which the reader learns in another way.
+        Without the nodes that serve `service`, of which the reader learns in another way, and those of a public check.
         """
         now, found = time.monotonic(), []
         for node in self._nodes():
@@ -43,4 +43,4 @@ class LongCallbacks:
         return found
 
     def _nodes(self) -> list[LiveNode]:
-        return [each for each in list(self._handles.values()) if isinstance(each, LiveNode)]
+        return [each for each in list(self._handles.values()) if isinstance(each, LiveNode) and not each.of_check]

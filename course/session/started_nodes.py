@@ -79,6 +79,7 @@ class StartedNodes:
         self._leaving: list[Row] = []  # the rows of what is being stopped or replaced, which stay meanwhile
         self._starting = False
         self.introspecting = False  # whether services of started programs are introspected
+        self.of_check: Collection[str] = ()  # the classes that the public check defines which is being run
 
     def start_class(
         self,
@@ -154,6 +155,12 @@ class StartedNodes:
             for each in self._outsiders.nodes():
                 if name.lstrip("/") in (base(each.node), each.node.lstrip("/")):
                     self._watch.notice(f"{each} was not started by this session. To end it: {each.ending}.")
+
+    def stop_of_checks(self) -> None:
+        """Stop the nodes of classes that a public check has defined."""
+        for handle in list(self._handles.values()):
+            if isinstance(handle, LiveNode) and handle.of_check:
+                self.stop(handle.name)
 
     def stop_outsider(self, pid: int, born: int) -> None:
         """Stop a program that others have started, as Ctrl-C does; `born` is its `birth`.
@@ -313,7 +320,7 @@ class StartedNodes:
             raise
         self._replace(node.get_name(), cls=what)  # arguments may have renamed it
         spinner = Spinner(node, threads, self._publishing.publish)
-        handle = LiveNode(self._owner, spinner, cell)
+        handle = LiveNode(self._owner, spinner, cell, of_check=what.__name__ in self.of_check)
         self._handles[handle.name] = handle
         for other, offers in earlier.items():
             if other.cls is what and self._handles.get(other.name) is not other:
@@ -449,7 +456,7 @@ class StartedNodes:
         if handle.alive and wait:  # a node of another session may have the same name
             others = difference(self._presence.names(), handle.nodes)
         left = handle._end()
-        if left and wait:
+        if left and wait and not (isinstance(handle, LiveNode) and handle.of_check):
             at = "".join(f"\n{frame}" for frame in left)
             self._watch.notice(
                 f"'{handle.name}' is stopped, but one of its callbacks has not returned, and its thread goes on until "

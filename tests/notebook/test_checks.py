@@ -1,5 +1,6 @@
 """The notebook's `check()`."""
 
+import contextlib
 import json
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -11,6 +12,7 @@ from course.errors import ExerciseError
 from course.foundation.cells import Cell
 from course.notebook import checks, runs
 from course.session.hints import hint
+from tests.kernels import Kernel
 
 RELAY = object()
 
@@ -19,6 +21,9 @@ class Session(int):
     """A session that can be added up."""
 
     elsewhere = ""
+
+    def checking(self, source):
+        return contextlib.nullcontext()
 
 
 def cell(name: str, source: str, **mark) -> dict:
@@ -108,3 +113,41 @@ def test_a_check_that_takes_too_long_says_where_it_was(tmp_path, monkeypatch):
     assert runs.outcomes([waits], {}, tmp_path) == {
         "slow": "not yet: it had not finished after 3 s, in `threading.Event().wait()`"
     }
+
+
+HELD = """# Public checks.
+import threading
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+class Other(Node):
+    def __init__(self):
+        super().__init__("held")
+        self.create_service(Trigger, "/asked", self.answer)
+    def answer(self, request, response):
+        threading.Event().wait(6.0)
+        return response
+
+ros.start(Other)
+asked = ros.node.create_client(Trigger, "/asked").call_async(Trigger.Request())
+assert ros.until(asked.done, timeout=3.5), "it holds its answer back"
+"""
+
+
+@pytest.fixture
+def kernel(tmp_path):
+    kernel = Kernel(tmp_path)
+    yield kernel
+    kernel.stop()
+
+
+def test_the_nodes_of_a_check_that_failed_are_stopped_and_their_callbacks_are_not_told(kernel):
+    (kernel.folder / "section.ipynb").write_text(json.dumps({"cells": [cell("held", HELD)]}))
+    kernel.run("import course\nros = course.live()")
+    kernel.run("from rclpy.node import Node\nclass Own(Node):\n    def __init__(self): super().__init__('own')")
+    kernel.run("ros.start(Own)")
+    for run in (HELD, "course.check('held')"):
+        said = kernel.run(run)
+        assert "it holds its answer back" in said
+        assert "has not returned" not in said
+        assert kernel.run("print(list(ros.nodes()))") == "['/own']"
