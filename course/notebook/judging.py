@@ -29,7 +29,7 @@ from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
 from course.session.domains import claim_domain
-from course.session.failure_report import GUARDED, NEVER_CALLED, frame_at, of_program, text_at
+from course.session.failure_report import GUARDED, MARK, NEVER_CALLED, frame_at, of_program, text_at
 from course.session.guards import interruptible
 from course.session.hangs import THREADS
 from course.session.hints import never_called
@@ -100,13 +100,23 @@ def judge(
     return session.start(file, *arguments, parameters=parameters)
 
 
-def beside(file: str, *arguments: str) -> NodeProcess:
+class Beside(NodeProcess):
+    """A program beside a check, which prints what the check looks at."""
+
+    def stop(self) -> None:
+        """End it; raises NodeFailed if an exception had ended it before it printed anything."""
+        super().stop()
+        if not self.stopped and self.returncode and self.output.lstrip().startswith(MARK):
+            raise NodeFailed(str(self.reports[-1]))
+
+
+def beside(file: str, *arguments: str) -> Beside:
     """Start the program `file` with these words, and return it while it runs: `output` has what it has printed so far.
 
     The session does not know it, and whoever calls this must stop it.
     """
     as_it_lies(file)
-    return NodeProcess(Path(file), list(arguments))
+    return Beside(Path(file), list(arguments))
 
 
 class Alone:

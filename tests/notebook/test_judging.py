@@ -1,5 +1,6 @@
 """What public checks begin with: a program that is asked, refused files, and names that others use."""
 
+import contextlib
 import json
 import linecache
 import threading
@@ -226,6 +227,19 @@ def test_a_program_beside_the_session_shows_what_it_has_printed_so_far(folder):
     finally:
         client.stop()
     assert client.ended
+
+
+@pytest.mark.parametrize(("first", "raises"), [("", True), ("print('feedback', flush=True)", False)])
+def test_a_program_beside_the_session_that_an_exception_ends_at_once_is_told_with_it(folder, first, raises):
+    (folder / "client.py").write_text(f"{first}\nassert 1 >= '2'\n")
+    client = judging.beside("client.py")
+    assert wait_until(lambda: client.ended, 10.0)
+    with (
+        pytest.raises(NodeFailed, match=r"client.py ended with exit status 1: TypeError(.|\n)*line 2")
+        if raises
+        else (contextlib.nullcontext())
+    ):
+        client.stop()
 
 
 TIMED = """rclpy.spin({spun})
