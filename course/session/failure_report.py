@@ -21,7 +21,7 @@ from rclpy.exceptions import InvalidHandle, NotInitializedException
 
 from course.ros.rclpy_internals import GoalFault, NoResult
 from course.session.clashes import other_type
-from course.session.hints import hint, makes_no_node, never_called, never_spins, returns_nothing
+from course.session.hints import hint, is_client, makes_no_node, never_called, never_spins, returns_nothing, serves
 from course.session.mixups import class_for_response, idle_lambda
 from course.session.nothing import silent_helper
 from course.session.overwritten import with_article
@@ -71,6 +71,7 @@ LEFT = "called exit() in a callback, which ends that callback alone"
 GOAL_ENDING = "raised an exception in an execute callback, so the goal was aborted"
 NEVER_RETRIEVED = "The following exception was never retrieved"  # printed by rclpy about futures that nobody awaits
 TERMINATED = "terminate called without an active exception"  # printed by C++
+SPINNING = re.compile(r"\btarget=[\w.]+\.spin\b|\.submit\([\w.]+\.spin\b")  # a thread of its own that spins
 THREAD = re.compile(r"\bThread\b|_thread\b|ThreadPoolExecutor")  # what starts one
 FRAME = re.compile(r'^  File "(.+)", line (\d+)(?:, in (.+))?$')
 COURSE = Path(__file__).resolve().parents[1]
@@ -114,6 +115,11 @@ def left_thread(output: str, source: str) -> str:
     """Return the hint on a program that C++ has ended because one of its threads still ran at its end; else ''."""
     if TERMINATED not in output or not THREAD.search(source):
         return ""
+    if serves(source) and SPINNING.search(source) and never_spins(source) and ".join(" not in source:
+        return (
+            "main() has ended while a thread of it still spun the node. A server must run until it is stopped: call "
+            "`rclpy.spin(node)` in main() itself, not in a thread."
+        )
     return (
         "A thread of it, such as one that spins, still ran when the program ended. End that first: "
         "`executor.shutdown()`, or `rclpy.shutdown()`, lets it return, and `thread.join()` waits for that."
@@ -196,6 +202,8 @@ def of_program(
         why = left
     elif status == 0 and (idle := makes_no_node(source)):
         why = idle
+    elif status == 0 and output.strip() and is_client(source):
+        why = f"{path.name} is a client, and a client ends by itself. As a command: `python3 {path.name}`."
     elif status == 0 and never_spins(source):
         why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
     elif before_its_node and status == 0:
@@ -214,7 +222,7 @@ def of_program(
         )
     else:
         why = ""
-    said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 else []
+    said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 or is_client(source) else []
     if status < 0:
         exited = exited or _fatal(path, output, source)
     return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", exited, why)

@@ -123,6 +123,22 @@ def makes_no_node(source: str) -> str:
     return "" if re.search(r"\b(?:rclpy|course|import_module)\b", source) else "It ended at once: it makes no node."
 
 
+def is_client(source: str) -> bool:
+    """Return True if a program makes clients, and nothing that others ask, hear or wait for."""
+    tree = parse(source)
+    asks = any(list(calls(tree, name)) for name in ("create_client", "ActionClient"))
+    return asks and not serves(source)
+
+
+def serves(source: str) -> bool:
+    """Return True if a program makes something that must run on: a server, a timer, or an end of a topic."""
+    tree = parse(source)
+    return any(list(calls(tree, name)) for name in SERVES)
+
+
+SERVES = ("create_service", "ActionServer", "create_timer", "create_subscription", "create_publisher")
+
+
 def never_spins(source: str) -> bool:
     """Return True if a program makes its node but never waits for callbacks."""
     tree = parse(source)
@@ -710,6 +726,20 @@ def _beam(found: re.Match[str], source: str, code: str) -> str:
     return "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment."
 
 
+def _word_for_number(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a word of the command line that `argparse` was not told to make a number."""
+    for call in calls(parse(source), "add_argument"):
+        names = [each.value for each in call.args if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+        stem = (next((each for each in names if each.startswith("--")), names[0]) if names else "").lstrip("-")
+        if stem and re.search(rf"\b{stem.replace('-', '_')}\b", code) and not {each.arg for each in call.keywords} & {
+            "type", "action", None}:  # fmt: skip
+            return (
+                "A word of the command line is text: for a number, write `type=int` (or `float`) in "
+                f"`add_argument({names[0]!r}, ...)`."
+            )
+    return ""
+
+
 def _hidden_property(found: re.Match[str], source: str) -> str:
     hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
     return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
@@ -1112,6 +1142,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (r"^IndexError", _beam),
+    (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
     (NO_TEXT, _sent),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),

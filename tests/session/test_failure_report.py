@@ -1430,3 +1430,49 @@ def test_a_helper_that_gives_a_callback_no_response_is_named_with_its_line(tmp_p
     assert [frame.line for frame in (*report.frames, *in_a_cell.frames)] == [12, 12] * told
     assert report.hint == in_a_cell.hint
     assert ("'ask' returns what `say` gives it, and that is nothing: end `say`" in report.hint) == told
+
+
+ASKS = "node.create_client(Trigger, 'ask')\nrclpy.spin_until_future_complete(node, future)\n"
+
+
+@pytest.mark.parametrize(
+    ("more", "said", "printed"),
+    [
+        ("", "client.py is a client, and a client ends by itself. As a command: `python3 client.py`.", True),
+        ("node.create_service(Trigger, 'tell', tell)\n", "A server must run until it is stopped: is", False),
+    ],
+)
+def test_a_client_that_has_ended_is_not_taken_for_a_server(tmp_path, more, said, printed):
+    (path := tmp_path / "client.py").write_text(f"node = rclpy.create_node('asks')\n{ASKS}{more}")
+    report = failure_report.of_program(path, "1 + 2 = 3\n", 0)
+    assert report.hint.startswith(said) and ("1 + 2 = 3" in str(report)) == printed
+
+
+@pytest.mark.parametrize(
+    ("last", "says"),
+    [
+        ("", "main() has ended while a thread of it still spun the node."),
+        ("rclpy.spin(node)", "A thread of it, such as one that spins, still ran"),
+        ("thread.join()", "A thread of it, such as one that spins, still ran"),
+    ],
+)
+def test_a_server_whose_main_part_ends_before_its_thread_is_told_to_spin_itself(last, says):
+    thread = "thread = threading.Thread(target=rclpy.spin, args=(node,), daemon=True)\nthread.start()\n"
+    text = f"node.create_service(Trigger, 'ask', ask)\n{thread}{last}\n"
+    assert failure_report.left_thread(failure_report.TERMINATED, text).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("option", "says"),
+    [
+        ("", "A word of the command line is text: for a number, write `type=int`"),
+        (", type=float", ""),
+        (", action='append'", ""),
+    ],
+)
+def test_a_word_of_the_command_line_that_is_compared_with_a_number(option, says):
+    text = f"words.add_argument('--cancel-after'{option})\nwords.add_argument('floors')\n"
+    error = "TypeError: '>=' not supported between instances of 'int' and 'str'"
+    said = hint(error, text, "if self.count >= self.cancel_after:")
+    assert said.startswith(says) and bool(said) == bool(says)
+    assert not hint(error, text, "if self.count >= self.most:")
