@@ -130,7 +130,9 @@ class Guards:
     def _spin(self, original: Callable[..., None]) -> Callable[..., None]:
         def spin(node: Node, executor: Executor | None = None) -> None:
             name = getattr(node, "get_name", lambda: "node")()
-            if not in_main_thread():
+            if _is_spun(node) and executor is None and not in_main_thread() and not in_callback():
+                self._notice(f"rclpy.spin('{name}') in a thread does nothing here: {SPUN}.")
+            elif not in_main_thread():
                 where = "inside a callback" if in_callback() else "in a thread of your own"
                 runs = "The executor" if in_callback() else "The session, if it has started the node,"
                 self._notice(

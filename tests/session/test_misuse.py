@@ -3,10 +3,12 @@
 import math
 import os
 import signal
+import threading
 import time
 from collections.abc import Iterator
 
 import pytest
+import rclpy
 from example_interfaces.srv import AddTwoInts
 from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
@@ -290,3 +292,13 @@ def test_an_exception_in_a_callback_of_the_sessions_own_node_is_told_once(sessio
     session.node.destroy_subscription(listener)
     assert "ros.node raised an exception in a callback: ValueError: no such number" in told[0]
     assert len(told) == 1 and not session.watch.notices()
+
+
+def test_a_node_that_the_session_spins_is_not_spun_in_a_thread_of_the_reader(session):
+    session.watch.notices()
+    thread = threading.Thread(target=rclpy.spin, args=(session.node,))
+    thread.start()
+    thread.join(10.0)
+    (told,) = session.watch.notices()
+    assert told.startswith("rclpy.spin('_course_session') in a thread does nothing here: ")
+    assert not thread.is_alive() and session.call("add", AddTwoInts, a=1, b=2).sum == 3
