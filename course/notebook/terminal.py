@@ -1,7 +1,6 @@
 """Runs commands at the same time, each as in its own terminal, and returns their output."""
 
 import contextlib
-import itertools
 import math
 import os
 import re
@@ -24,7 +23,7 @@ from course.session.guards import say
 from course.session.live import Session, current
 from course.session.logs import node_of_line
 from course.session.offered import strangers
-from course.session.parameter_files import unread_files, with_tabs
+from course.session.parameter_files import unread_files, unread_words, with_tabs
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -177,11 +176,11 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
 def _unread_parameter(words: list[str]) -> str:
     """Return why a parameter on a command line would not be read, or ''."""
     runs = words[:2] == ["ros2", "run"] or _program(words)
-    before = words[: words.index("--ros-args")] if "--ros-args" in words else words
-    given = [word for flag, word in itertools.pairwise(before) if flag == "-p" and ":=" in word]
+    path = _program(words)
+    given = unread_words(words, text_at(path) if path else "")
     if not runs or not given:
         return ""
-    return f"This was not run: the program would not read `-p {given[0]}`. Write `--ros-args -p {given[0]}`."
+    return f"This was not run: the program would not read `{given}`. Write `--ros-args {given}`."
 
 
 def _no_shell(command: str, words: list[str]) -> str:

@@ -2,9 +2,9 @@
 
 import difflib
 import inspect
-import itertools
 import re
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from types import BuiltinMethodType
 from typing import Any
 
@@ -12,9 +12,10 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from course.errors import LiveError
+from course.session.failure_report import text_at
+from course.session.parameter_files import ROS_ARGS, unread_words
 
 OF_A_FILE = "ros__parameters"  # the key above a node's parameters in a parameter file
-ROS_ARGS = "--ros-args"
 OF_START = ("parameters", "threads", "timeout")  # arguments of `ros.start`
 ALIKE = 0.75  # least similarity of two names of an argument that should be the same
 
@@ -102,15 +103,14 @@ def expect_words(file: str, args: Sequence[object]) -> None:
     """Raise LiveError for parameters on a command line that its program would not read."""
     texts = [str(each) for each in args]
     words = [word for each in texts for word in (each.split() if each.startswith("-") else [each])]
-    before = words[: words.index(ROS_ARGS)] if ROS_ARGS in words else words
-    given = [word for flag, word in itertools.pairwise(before) if flag == "-p" and ":=" in word]
+    given = unread_words(words, text_at(Path(file)))
     joined = [each for each in texts if each.startswith((f"{ROS_ARGS} ", "-p "))]
     if given or joined:
         if given:
             words = [word for word in words if word != ROS_ARGS]
-            words.insert(words.index("-p"), ROS_ARGS)
+            words.insert(words.index(given.partition(" ")[0]), ROS_ARGS)
         raise LiveError(
-            f"the program would not read `{' '.join(['-p', given[0]]) if given else joined[0]}`: write "
+            f"the program would not read `{given or joined[0]}`: write "
             f"ros.start({', '.join(map(repr, [file, *words]))})"
         )
 

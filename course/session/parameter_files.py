@@ -1,6 +1,7 @@
 """Files of parameters on a command line that are for no node of the program: ROS 2 says nothing about them."""
 
 import itertools
+import re
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,8 @@ import yaml
 from course.foundation.untrusted import one_line, read_regular
 from course.ros.names import base
 
-FLAG, MARK = "--params-file", "ros__parameters"
+FLAG, MARK, ROS_ARGS = "--params-file", "ros__parameters", "--ros-args"
+SET = re.compile(r"([\w./]+):=")  # and not `node:name:=value`
 MOST = 1_000_000  # bytes of a file that is read
 
 
@@ -26,6 +28,25 @@ def unread_files(words: Sequence[str], nodes: Collection[str]) -> list[str]:
                 f"{' and '.join(own)}, so they have no effect: write its name there."
             )
     return found
+
+
+def unread_words(words: Sequence[str], source: str) -> str:
+    """Return the words about parameters in a command line that a program with the text `source` does not read; or ''.
+
+    rclpy reads only what stands behind `--ros-args`.
+    """
+    before = words[: words.index(ROS_ARGS)] if ROS_ARGS in words else words
+    for flag, word in itertools.pairwise(before):
+        if (flag == "-p" and ":=" in word) or (flag == FLAG and FLAG.strip("-") not in source):
+            return f"{flag} {word}"
+    return ""
+
+
+def set_parameters(words: Sequence[str]) -> list[str]:
+    """Return the names of the parameters that the command line `words` sets for all nodes of its program."""
+    own = words[words.index(ROS_ARGS) :] if ROS_ARGS in words else []
+    found = (SET.match(word) for flag, word in itertools.pairwise(own) if flag in ("-p", "--param"))
+    return [each[1] for each in found if each]
 
 
 def with_tabs(words: Sequence[str]) -> list[str]:

@@ -31,7 +31,7 @@ from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsider, Outsiders
-from course.session.parameter_files import unread_files
+from course.session.parameter_files import set_parameters, unread_files
 from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
@@ -108,11 +108,12 @@ class StartedNodes:
             process = self._start_file(path, [*map(str, args), *_arguments(parameters)], timeout)
             for line in unread_files(list(map(str, args)), process.nodes):
                 self._watch.notice(line)
-            if parameters and len(process.nodes) == 1 and makes_one_node(process.source):
+            set_here = [*parameters, *set_parameters(list(map(str, args)))]
+            if set_here and len(process.nodes) == 1 and makes_one_node(process.source):
                 with contextlib.suppress(CallTimeout):  # it is busy, but can be started all the same
                     service = f"{process.nodes[0]}/list_parameters"
                     names = self._calls.call(service, ListParameters, ListParameters.Request(), ASKED).result.names
-                    self._tell_undeclared(path.name, parameters, names)
+                    self._tell_undeclared(path.name, set_here, names)
             return process
 
         if path.is_file():

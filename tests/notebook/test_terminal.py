@@ -186,10 +186,11 @@ def test_a_program_that_prints_without_end_is_stopped_and_shown_in_part(tmp_path
     assert "client.py, line 2, in tell" in output
 
 
-def test_a_parameter_that_the_program_would_not_read_is_told_before_it_runs():
-    ((_, output, status),) = terminal("ros2 run course parameter_node -p max_speed:=2.0", until="2.0").runs
+@pytest.mark.parametrize("words", ["-p max_speed:=2.0", "--params-file robot.yaml"])
+def test_a_parameter_that_the_program_would_not_read_is_told_before_it_runs(words):
+    ((_, output, status),) = terminal(f"ros2 run course parameter_node {words}", until="2.0").runs
     assert status == 2
-    assert output.endswith("Write `--ros-args -p max_speed:=2.0`.")
+    assert output.endswith(f"Write `--ros-args {words}`.")
 
 
 def test_a_node_of_ros2_run_that_never_ends_tells_how_it_is_ended(tmp_path, monkeypatch, capsys):
@@ -211,7 +212,7 @@ def test_a_parameter_file_with_a_colon_alone_has_a_hint(tmp_path):
 def test_a_parameter_file_for_another_node_is_told(tmp_path):
     (tmp_path / "robot.yaml").write_text("parameternode:\n  ros__parameters:\n    max_speed: 0.8\n")
     (tmp_path / "node.py").write_text("print('[INFO] [parameter_node]: Max speed: 1.5', flush=True)\n")
-    ((_, output, _),) = terminal("python3 node.py --params-file robot.yaml", until="Max speed:").runs
+    ((_, output, _),) = terminal("python3 node.py --ros-args --params-file robot.yaml", until="Max speed:").runs
     assert "Hint: robot.yaml has parameters for parameternode, and the node is called parameter_node" in output
 
 

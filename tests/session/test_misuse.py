@@ -102,6 +102,10 @@ def session() -> Iterator[Session]:
             lambda ros: ros.start("relay.py", "-p", "a:=40", "--ros-args"),
             "would not read `-p a:=40`: write ros.start('relay.py', '--ros-args', '-p', 'a:=40')",
         ),
+        (
+            lambda ros: ros.start("relay.py", "--params-file", "pid.yaml"),
+            "would not read `--params-file pid.yaml`: write ros.start('relay.py', '--ros-args', '--params-file', ",
+        ),
         (lambda ros: ros.start("relay.py", threads=4), "MultiThreadedExecutor(num_threads=4)"),
         (lambda ros: ros.start(Adder, parameters={"max_speed", 2.0}), "`parameters` is a dict"),
         (lambda ros: ros.call("/add", AddTwoInts, a=1, timeout="2"), "a time limit is a number of seconds"),

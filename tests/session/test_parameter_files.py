@@ -3,7 +3,7 @@
 import pytest
 
 from course.session.live import Session
-from course.session.parameter_files import unread_files, with_tabs
+from course.session.parameter_files import set_parameters, unread_files, unread_words, with_tabs
 
 PROGRAM = "import rclpy\nrclpy.init()\nnode = rclpy.create_node('parameter_node')\nrclpy.spin(node)\n"
 
@@ -30,6 +30,25 @@ def test_what_a_file_is_for(tmp_path, text, told):
     assert bool(found) == bool(told) and told in "".join(found)
     assert unread_files(["--params-file", str(path)], []) == []
     assert unread_files(["--params-file", str(tmp_path)], ["/parameter_node"]) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "source", "unread"),
+    [
+        ("--params-file a.yaml", "", "--params-file a.yaml"),
+        ("--params-file a.yaml", "words.add_argument('--params-file')", ""),
+        ("--ros-args --params-file a.yaml -p b:=1", "", ""),
+        ("-p b:=1 --ros-args", "", "-p b:=1"),
+        ("-p 80", "", ""),
+    ],
+)
+def test_what_stands_before_the_words_for_ros_is_not_read(words, source, unread):
+    assert unread_words(words.split(), source) == unread
+
+
+def test_the_parameters_that_a_command_line_sets():
+    words = "-p a:=1 --ros-args -p kp:=1.0 --param gains.ki:=0.5 -p other:kd:=1 -r x:=y"
+    assert set_parameters(words.split()) == ["kp", "gains.ki"]
 
 
 def test_a_tab_is_named_with_its_line(tmp_path):

@@ -95,6 +95,8 @@ def test_who_asks_for_the_parameters_of_a_node_of_another_name_reads_which_nodes
     session.start(file, parameters={"sped": 2.0})
     (told,) = session.watch.notices()
     assert told == "careful.py does not declare a parameter 'sped', so the value has no effect. Did you mean 'speed'?"
+    session.start(file, "--ros-args", "-p", "sped:=2.0", "-p", "speed:=2.0")
+    assert session.watch.notices() == [told]
     with pytest.raises(CallTimeout, match="No node is called /Careful. Nodes here: /careful."):
         session.call("/Careful/set_parameters_atomically", SetParametersAtomically, timeout=0.5)
 
