@@ -374,6 +374,11 @@ class StartedNodes:
                         f"{cls.__name__} replaces {type(handle.node).__name__}: both name their node "
                         f"'{name}'. To run both, give one of them another name in `super().__init__(...)`."
                     )
+                if new is not None and isinstance(handle, LiveNode) and not handle.of_check and name != new.path.stem:
+                    self._watch.notice(
+                        f"{new.name} replaces {type(handle.node).__name__}: both name their node '{name}'. To run "
+                        "both, give one of them another name in `super().__init__(...)`."
+                    )
                 if new is not None and isinstance(handle, NodeProcess) and handle.alive:
                     self._watch.notice(
                         f"{new.name} replaces {key}: both name their node '{name}'. To run both, give one of them "

@@ -194,3 +194,14 @@ def test_a_file_that_takes_the_place_of_another_is_told(session, server):
     )
     session.start(other)
     assert session.watch.notices() == []
+
+
+def test_a_file_that_takes_the_place_of_a_class_is_told_unless_the_name_is_its_own(session, server):
+    other = server.with_name("other.py")
+    other.write_text(SERVER)
+    for file, count in ((server, 0), (other, 1)):
+        session.start(Adder)
+        session.watch.notices()
+        session.start(file)
+        told = [each for each in session.watch.notices() if "replaces Adder: both name their node 'adder'" in each]
+        assert len(told) == count
