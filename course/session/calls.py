@@ -152,10 +152,20 @@ class Calls:
     def _unanswered(self, service: str, what: str, at: str) -> CallTimeout:
         """Return the error that says why a request is given up; `at` are lines that say where the server is."""
         self._owing |= {*self._programs(service)}
-        why = self._blocked(service) or ("its server is busy." if at else "is its server busy or blocked?")
+        why = (
+            self._killed(service)
+            or self._blocked(service)
+            or ("its server is busy." if at else "is its server busy or blocked?")
+        )
         unfit = "".join(f"\n{each}" for each in unfit_topics(self.node, self._handles))
         lost = "".join(f"\n{lost}" for each in self._programs(service) if (lost := of_thread(each.path, each.output)))
         return CallTimeout(f"{service} {what}: {why}{at}{lost}{unfit}")
+
+    def _killed(self, service: str) -> str:
+        """Return why nobody answers `service`, if the graph has only servers of programs that no longer run; or ''."""
+        if not self._outsiders.are_gone(service):
+            return ""
+        return "the program that served it no longer runs. It was killed, so ROS 2 still lists it: start it again."
 
     def _programs(self, name: str) -> list[NodeProcess]:
         """Return the running programs that serve the service or action `name`."""

@@ -107,6 +107,11 @@ class Outsiders:
                 found.append(key)
         return found
 
+    def are_gone(self, name: str) -> bool:
+        """Return True if the graph has servers of `name`, and the programs of all of them have ended on this host."""
+        known = [bytes(end.endpoint_gid) for end in self._ends(name)]
+        return bool(known) and all(each[HOST] == self._host and not self._processes(each) for each in known)
+
     def _ends(self, name: str) -> list[TopicEndpointInfo]:
         """Return the endpoints that serve the service or the action `name`, or publish on that topic."""
         services = (name, f"{name}/_action/send_goal")

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 from example_interfaces.srv import AddTwoInts
 from rclpy.node import Node
 
-from course.errors import LiveError
+from course.errors import CallTimeout, LiveError
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.session import outsiders, started_nodes
@@ -194,6 +195,20 @@ def test_a_file_that_takes_the_place_of_another_is_told(session, server):
     )
     session.start(other)
     assert session.watch.notices() == []
+
+
+def test_a_server_that_was_killed_is_not_called_busy(session, outsider):
+    assert session.call("add_two_ints", AddTwoInts, a=40, b=2).sum == 42
+    outsider.kill()
+    outsider.wait()
+    with pytest.raises(CallTimeout, match="did not answer within 1 s: the program that served it no longer runs"):
+        session.call("add_two_ints", AddTwoInts, a=40, b=2, timeout=1.0)
+
+
+def test_a_server_of_the_sessions_own_node_is_not_taken_for_one_that_was_killed(session):
+    session.node.create_service(AddTwoInts, "held", lambda request, response: threading.Event().wait(2.0) and response)
+    with pytest.raises(CallTimeout, match="is its server busy or blocked"):
+        session.call("held", AddTwoInts, timeout=1.0)
 
 
 def test_a_file_that_takes_the_place_of_a_class_is_told_unless_the_name_is_its_own(session, server):
