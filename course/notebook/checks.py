@@ -11,7 +11,7 @@ from IPython import get_ipython
 
 from course.errors import CourseError, ExerciseError
 from course.foundation import cells
-from course.notebook.extension import reason
+from course.notebook.extension import CHECK, reason
 from course.notebook.file_differences import differences
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.live import current
@@ -67,7 +67,7 @@ def _run(source: str, names: dict[str, Any], failed: dict[str, str]) -> str:
         session = current()
         own = session.checking(source) if session else contextlib.nullcontext()
         with contextlib.redirect_stdout(io.StringIO()), own:
-            exec(compile(shell.transform_cell(source), "check", "exec"), names)
+            exec(compile(shell.transform_cell(source), CHECK, "exec"), names)
     except (AssertionError, CourseError) as error:
         return f"not yet: {error}"
     except NameError as error:

@@ -4,6 +4,8 @@ IPython loads it by the environment's configuration (written by environment/inst
 `course.live()` can say which cell to run first.  It loads no ROS, so a kernel starts as fast as without it.
 """
 
+import ast
+import linecache
 import os
 import re
 import sys
@@ -21,10 +23,12 @@ from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.slips import slips
+from course.session.source import parse
 from course.session.values_seen import misread
 
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
+CHECK = "check"  # the name of the code of a check that `course.check()` runs
 LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
 NEXT = 1.0  # s to the second look at a cell that may be in a loop
 FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
@@ -132,11 +136,47 @@ def reason(error: Exception, folder: Path) -> str:
     name = error.name or ""
     if name == SESSION:
         return "Hint: `ros` is the live session: run the notebook's first code cell, `ros = course.live()`, first."
+    if meant := _started(name, _line(error.__traceback__), folder):
+        return f"Hint: {meant}"
     for path, cell in _code_cells(folder):
-        if name in names_of(cell.source).made:
+        # Variables of a check are of no use elsewhere, and the check may have one of the name of a node.
+        if name in names_of(cell.source).made and (not cell.public_check or _is_in_a_check(error)):
             where = f"the cell of {path.name} {_sign_of(cell.source, name)}"
             return f"Hint: `{name}` is defined in {where}: run that cell first, and let it finish."
     return ""
+
+
+def _started(name: str, line: str, folder: Path) -> str:
+    """Return what a line that starts, stops or restarts the node or file `name`, without quotation marks, must be."""
+    found = re.search(rf"\bros\.(start|stop|restart)\(\s*{re.escape(name)}(\.py)?\s*[,)]", line)
+    if not found:
+        return ""
+    if found[2] or (folder / f"{name}.py").is_file():
+        return f'`{name}.py` is a file, and its name a text: write `ros.{found[1]}("{name}.py")`.'
+    classes = [each for _, cell in _code_cells(folder) if not cell.public_check for each in _node_classes(cell.source)]
+    cls = next((cls for cls, node in classes if node == name), "")
+    if not cls:
+        return ""
+    if found[1] == "start":
+        return f"`{name}` is the name of a node, and `ros.start` takes its class: write `ros.start({cls})`."
+    return f'The name of a node is a text: write `ros.{found[1]}("{name}")`.'
+
+
+def _node_classes(source: str) -> list[tuple[str, str]]:
+    """Return the classes of a cell that name their node in `super().__init__("name")`, each with that name."""
+    if source.lstrip().startswith("%%"):
+        return []
+    found = []
+    for cls in (each for each in parse(source).body if isinstance(each, ast.ClassDef)):
+        named = re.search(r"super\(\)\.__init__\(\s*['\"]/?(\w+)['\"]", ast.unparse(cls))
+        found += [(cls.name, named[1])] if named else []
+    return found
+
+
+def _is_in_a_check(error: Exception) -> bool:
+    """Return True if an error was raised in a public check of the kernel's folder."""
+    files = [frame.filename for frame in traceback.extract_tb(error.__traceback__)]
+    return CHECK in files or any(_as_check("".join(linecache.getlines(file)).rstrip("\n")) for file in files)
 
 
 def _sign_of(source: str, name: str) -> str:

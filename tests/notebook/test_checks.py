@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import linecache
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
@@ -10,7 +11,7 @@ import pytest
 import course
 from course.errors import ExerciseError
 from course.foundation.cells import Cell
-from course.notebook import checks, runs
+from course.notebook import checks, extension, runs
 from course.session.hints import hint
 from tests.kernels import Kernel
 
@@ -151,3 +152,48 @@ def test_the_nodes_of_a_check_that_failed_are_stopped_and_their_callbacks_are_no
         assert "it holds its answer back" in said
         assert "has not returned" not in said
         assert kernel.run("print(list(ros.nodes()))") == "['/own']"
+
+
+SERVER = "class AddServer(Node):\n    def __init__(self):\n        super().__init__('add_server')\n"
+JUDGED = "assert judged, 'it must'\nadd_server = judged = server = 1"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        (
+            "ros.start(add_server)",
+            (
+                "Hint: `add_server` is the name of a node, and `ros.start` takes its class: write "
+                "`ros.start(AddServer)`."
+            ),
+        ),
+        ("ros.stop(add_server)", 'Hint: The name of a node is a text: write `ros.stop("add_server")`.'),
+        ("ros.start(relay, 1)", 'Hint: `relay.py` is a file, and its name a text: write `ros.start("relay.py")`.'),
+        ("ros.start(late.py)", 'Hint: `late.py` is a file, and its name a text: write `ros.start("late.py")`.'),
+        ("print(server)", ""),
+        (
+            "print(own)",
+            (
+                "Hint: `own` is defined in the cell of section.ipynb that begins with `own = 1`: run that cell "
+                "first, and let it finish."
+            ),
+        ),
+        (
+            JUDGED,
+            (
+                "Hint: `judged` is defined in the cell of section.ipynb that begins with `assert judged, 'it must'`"
+                ": run that cell first, and let it finish."
+            ),
+        ),
+    ],
+)
+def test_a_name_of_a_check_alone_is_not_the_one_that_a_cell_means(here, line, said):
+    plain = [{"cell_type": "code", "metadata": {}, "source": source} for source in (SERVER, "own = 1")]
+    Path("section.ipynb").write_text(json.dumps({"cells": [*plain, cell("other", JUDGED)]}))
+    Path("relay.py").touch()
+    name = "/tmp/ipykernel_1/71.py"
+    linecache.cache[name] = (len(line), None, f"{line}\n".splitlines(keepends=True), name)
+    with pytest.raises(NameError) as error:
+        exec(compile(line, name, "exec"), {"ros": SimpleNamespace(start=print, stop=print)})
+    assert extension.reason(error.value, Path()) == said
