@@ -247,6 +247,22 @@ def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are
     expect(panel).not_to_contain_text("either may answer")
 
 
+def test_a_parameter_that_is_chosen_again_has_the_value_of_its_node_and_not_a_refused_one(lab, page):
+    panel = begin(page, lab, "chosen")
+    panel.get_by_label("What to do").select_option("Set a parameter")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
+    speed = panel.get_by_label("speed double")
+    expect(speed).to_have_value("1.0")
+    speed.fill("5")
+    panel.get_by_role("button", name="Set", exact=True).click()
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
+    expect(speed).to_have_value("5")  # with the reason below
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
+    expect(speed).to_have_value("1.0")
+    (lab[2] / "chosen/end").touch()
+
+
 @pytest.mark.matrix  # tests/lab/test_inspector.py publishes at a rate
 def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel = begin(page, lab, "repeated")

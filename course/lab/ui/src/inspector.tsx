@@ -299,6 +299,11 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   const [failed, setFailed] = React.useState('');
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
   const [reading, setReading] = React.useState(0);
+  const typed = React.useRef(false); // since the form was asked for
+  const change = (given: Given) => {
+    typed.current = true;
+    setGiven(given);
+  };
   React.useEffect(() => {
     if (exchange === null) {
       link.request('inspector.latest', { kind, name }).then(
@@ -313,13 +318,15 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       return;
     }
     let wanted = true;
+    typed.current = false;
     setFailed('');
     link.request('inspector.form', { kind, name, type_name: type }).then(
       (found: Field[]) => {
         if (wanted) {
           setFields(found);
-          // A parameter's present value may differ from the one typed here.
-          setGiven(kind === 'parameter' ? initial(found) : { ...initial(found), ...memory.get(`${key} given`) });
+          // A parameter's present value may differ from the one typed before.
+          const kept = kind === 'parameter' && !typed.current ? {} : memory.get(`${key} given`);
+          setGiven({ ...initial(found), ...kept });
         }
       },
       error => wanted && setFailed(error.message)
@@ -332,6 +339,11 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   const settable = kind === 'parameter' ? (fields ?? []).filter(field => !field.fixed) : [];
   const one = settable.find(field => field.name === parameter) ?? settable[0];
   const shown = kind === 'parameter' ? (one ? [one] : []) : (fields ?? []);
+  const show = (parameter: string) => {
+    setParameter(parameter);
+    setGiven(initial(fields!)); // a text typed before, perhaps refused, is not the node's value
+    setReading(reading + 1);
+  };
   const asked = React.useMemo(
     () => ({
       kind,
@@ -413,7 +425,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         {kind === 'parameter' && one && (
           <label>
             Parameter
-            <select value={one.name} onChange={event => setParameter(event.target.value)}>
+            <select value={one.name} onChange={event => show(event.target.value)}>
               {settable.map(field => (
                 <option key={field.name}>{field.name}</option>
               ))}
@@ -425,7 +437,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
             {kind === 'parameter' ? 'It has no parameter that can be set.' : 'It has no fields to fill in.'}
           </p>
         )}
-        <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={setGiven} />
+        <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={change} />
         <div className="ros-Form-send">
           <button type="submit" className="ros-mod-main" disabled={!complete}>
             {KINDS[kind].send}
