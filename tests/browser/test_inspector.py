@@ -247,19 +247,29 @@ def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are
     expect(panel).not_to_contain_text("either may answer")
 
 
-def test_a_parameter_that_is_chosen_again_has_the_value_of_its_node_and_not_a_refused_one(lab, page):
+def test_a_wrong_limit_is_marked_and_a_parameter_that_is_chosen_again_has_the_value_of_its_node(lab, page):
     panel = begin(page, lab, "chosen")
     panel.get_by_label("What to do").select_option("Set a parameter")
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
     speed = panel.get_by_label("speed double")
     expect(speed).to_have_value("1.0")
     speed.fill("5")
+    limit = panel.get_by_label("Wait at most")
+    limit.fill("x")
+    expect(limit).to_have_attribute("aria-invalid", "true")
+    panel.get_by_role("button", name="Set", exact=True).click()
+    expect(panel).to_contain_text("Wait at most: write a number")
+    expect(panel.get_by_role("region", name="Timeline")).to_have_count(0)  # nothing was sent
+    limit.fill("5")
+    expect(panel).not_to_contain_text("Wait at most: write a number")
     panel.get_by_role("button", name="Set", exact=True).click()
     expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
     expect(speed).to_have_value("5")  # with the reason below
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
     expect(speed).to_have_value("1.0")
+    panel.get_by_label("What to do").select_option("Send a goal")
+    expect(panel).to_contain_text("s until it is accepted")
     (lab[2] / "chosen/end").touch()
 
 

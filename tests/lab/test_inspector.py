@@ -348,6 +348,20 @@ def test_calls_of_cells_are_kept_with_their_times(kernel, page):
     assert answered[0] > 0.0 and answered[1:] == ["response", "sum: 43"]
 
 
+@pytest.mark.parametrize("sent", [ADD | {"given": {}}, FIBONACCI | {"given": {}}, SPEED | {"given": {"speed": "1.0"}}])
+def test_a_wrong_time_limit_is_told_and_nothing_is_sent(page, sent):
+    latest = {"kind": sent["kind"], "name": sent["name"]}
+    before = page.ask("inspector.latest", **latest)["result"]
+    for wrong in ("x", "", "0", "-1", "nan", "1e9", "3600.5"):
+        looked = page.ask("inspector.look", **sent, timeout=wrong)["result"]
+        assert looked["wrong"].keys() == {"(limit)"} and looked["wrong"]["(limit)"].startswith("write a number"), wrong
+        assert looked["ros2"], "which does not depend on the limit"
+        assert "Wait at most: write a number" in page.ask("inspector.send", **sent, timeout=wrong)["error"], wrong
+    assert page.ask("inspector.latest", **latest)["result"] == before
+    for right in ("3600", "0.5"):
+        assert page.ask("inspector.look", **sent, timeout=right)["result"]["wrong"] == {}
+
+
 def test_a_server_that_never_answers_is_told_after_the_time_limit_and_holds_up_nothing(kernel, page):
     stuck = {"kind": "service", "name": "/stuck", "type_name": "std_srvs/srv/Trigger"}
     state = follow(page, "response", **stuck, given={}, timeout=0.5)

@@ -16,12 +16,12 @@ from course.ros.names import SEND, TYPE_NAMES, own_first
 from course.session.live import Session, current
 
 ANSWER = 5.0  # s
-LONGEST = 600.0  # s that a reader may choose to wait
+LONGEST = 3600.0  # s that a reader may choose to wait
 ARRAY = " array"
 # Those that a form can set, by their numbers.
 PARAMETER_TYPES = {number: name for number, name in enumerate(TYPE_NAMES) if name not in ("not set", f"byte{ARRAY}")}
 PARAMETER = "parameter"
-RATE = "(rate)"  # cannot be the name of a message's field
+RATE, LIMIT = "(rate)", "(limit)"  # cannot be the names of a message's fields
 
 
 def add(panels: Panels) -> None:
@@ -137,14 +137,26 @@ def _about(descriptor: ParameterDescriptor) -> str:
     return "; ".join(said)
 
 
-def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "") -> dict[str, Any]:
+def look(
+    kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "", timeout: str | None = None
+) -> dict[str, Any]:
     """Return the errors of a form, by field, or else the program and the command that do the same as the form.
 
     For a parameter, `given` has its name and value, and `type_name` is its type.  With a `rate` (Hz, as typed) a
-    message is published repeatedly; an error in it is reported for the field RATE.
+    message is published repeatedly; an error in it is reported for the field RATE.  `timeout` is as in `send`; an error
+    in it is reported for the field LIMIT, beside the program and the command, which wait in their own ways.
     """
-    if kind == PARAMETER:
-        return _look_at_parameter(name, type_name, given)
+    looked = (
+        _look_at_parameter(name, type_name, given) if kind == PARAMETER else _look(kind, name, type_name, given, rate)
+    )
+    try:
+        _seconds(timeout)
+    except ValueError as error:
+        looked["wrong"][LIMIT] = str(error)
+    return looked
+
+
+def _look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str) -> dict[str, Any]:
     interface = forms.interface(kind, type_name)
     filled = forms.fill(interface.message, given)
     hertz = None
@@ -159,6 +171,15 @@ def look(kind: str, name: str, type_name: str, given: dict[str, Any], rate: str 
         "python": programs.python(interface, name, filled.values, hertz),
         "ros2": programs.command(interface, name, filled.values, hertz),
     }
+
+
+def _seconds(timeout: str | None) -> float:
+    """Return the time limit (s); raises ValueError that says what to write."""
+    if timeout is None:
+        return ANSWER
+    if not 0.0 < (seconds := forms.scalar("float64", timeout)) <= LONGEST:
+        raise ValueError(f"write a number of seconds above 0 and at most {LONGEST:g} (an hour)")
+    return float(seconds)
 
 
 def _hertz(kind: str, rate: str) -> float | None:
@@ -191,12 +212,19 @@ def _parameter_value(kind: str, text: Any) -> Any:
     return forms.scalar(element, text) if element == kind else forms.scalars(element, str(text))
 
 
-def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: float = ANSWER, rate: str = "") -> str:
+def send(
+    kind: str, name: str, type_name: str, given: dict[str, Any], rate: str = "", timeout: str | None = None
+) -> str:
     """Send the content of a form; return the number of the exchange.  Raises LiveError when the form has an error.
 
-    `timeout` (s) is how long to wait for a server and its answer; `rate` is as in `look`.
+    `timeout` (s, as typed) is how long to wait for a server and its answer, ANSWER if None: for a goal, until the
+    action server accepts or rejects it.  `rate` is as in `look`.
     """
-    live, timeout = session(), min(max(float(timeout), 0.1), LONGEST)
+    live = session()
+    try:
+        limit = _seconds(timeout)
+    except ValueError as error:
+        raise LiveError(f"Wait at most: {error}") from None
     if kind == PARAMETER:
         ((parameter, text),) = given.items()
         try:
@@ -205,7 +233,7 @@ def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: f
             raise LiveError(f"{parameter}: {error}") from None
         number = next(number for number, known in PARAMETER_TYPES.items() if known == type_name)
         made = Parameter(parameter, Parameter.Type(number), value)
-        return sending.set_parameter(live, name, made, timeout).number
+        return sending.set_parameter(live, name, made, limit).number
     interface = forms.interface(kind, type_name)
     filled = forms.fill(interface.message, given)
     message = forms.message_of(interface.message, filled)
@@ -217,4 +245,4 @@ def send(kind: str, name: str, type_name: str, given: dict[str, Any], timeout: f
         line = programs.command(interface, name, filled.values, hertz)
         return sending.publish(live, interface, name, message, hertz, line).number
     begin = sending.call if kind == "service" else sending.send_goal
-    return begin(live, interface, name, message, timeout).number
+    return begin(live, interface, name, message, limit).number

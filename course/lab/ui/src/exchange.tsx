@@ -100,10 +100,14 @@ export function ExchangeView({ link, number, remark }: View): JSX.Element {
   );
 }
 
-/** Return what the exchange waits for: an accepted goal waits for its end, all else for the other side. */
+/** Return what the exchange waits for: the other side, the answer to what was sent, or an accepted goal's end. */
 function awaited(exchange: Exchange): string {
-  const accepted = exchange.kind === 'action' && exchange.events.some(([, event]) => event === 'accepted');
-  return accepted ? 'the end of the goal' : `the ${ENDS[exchange.kind][1]}`;
+  const events = exchange.events.map(([, event]) => event);
+  if (exchange.kind === 'action' && events.includes('accepted')) {
+    return 'the end of the goal';
+  }
+  const sent = events.includes('request') || events.includes('goal');
+  return `${sent ? 'the answer of ' : ''}the ${ENDS[exchange.kind][1]}`;
 }
 
 function milliseconds(time: number): string {

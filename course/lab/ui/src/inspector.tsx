@@ -17,7 +17,8 @@ export const inspectorIcon = new LabIcon({
     '<path d="M2.500 20.500 22 12 2.500 3.500V10l13 2-13 2z"/></g></svg>'
 });
 
-const RATE = '(rate)'; // the kernel's name for this field in error messages
+const RATE = '(rate)'; // the kernel's names for these fields in error messages
+const LIMIT = '(limit)';
 
 /** The names with their types, by kind; and a sentence for each that several nodes have, by kind and name. */
 type Offers = { [kind in Kind]: [string, string][] } & { several: { [what: string]: string } };
@@ -350,9 +351,10 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       name,
       type_name: kind === 'parameter' ? one?.type : type,
       given: kind === 'parameter' ? (one ? { [one.name]: given[one.name] } : {}) : given,
-      rate: kind === 'topic' ? rate : ''
+      rate: kind === 'topic' ? rate : '',
+      timeout: kind === 'topic' ? undefined : timeout
     }),
-    [kind, name, type, one, given, rate]
+    [kind, name, type, one, given, rate, timeout]
   );
   const complete = fields !== null && (kind !== 'parameter' || one !== undefined);
 
@@ -378,7 +380,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       const found: Looked = await link.request('inspector.look', asked);
       setLooked(found);
       if (Object.keys(found.wrong).length === 0) {
-        const number: string = await link.request('inspector.send', { ...asked, timeout: Number(timeout) || 5 });
+        const number: string = await link.request('inspector.send', asked);
         setExchange(number);
         if (asked.rate) {
           repeats(number);
@@ -469,9 +471,10 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
                 inputMode="decimal"
                 value={timeout}
                 size={3}
+                aria-invalid={LIMIT in looked.wrong}
                 onChange={event => setTimeout(event.target.value)}
               />{' '}
-              s
+              {kind === 'action' ? 's until it is accepted' : 's'}
             </label>
           )}
         </div>
@@ -480,6 +483,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
             <p className="ros-wrong">{count === 1 ? 'One field needs' : `${count} fields need`} another look.</p>
           )}
           {looked.wrong[RATE] && <p className="ros-wrong">{looked.wrong[RATE]}</p>}
+          {looked.wrong[LIMIT] && <p className="ros-wrong">Wait at most: {looked.wrong[LIMIT]}</p>}
           {failed && <pre className="ros-story">{failed}</pre>}
         </div>
       </form>
