@@ -98,6 +98,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(stranger).to_have_count(0)
     panel.get_by_label("Search the log").fill("nothing of the kind")
     expect(log).not_to_contain_text("greeted")
+    expect(panel).to_contain_text(re.compile(r"None of the \d+ lines matches\."))
     panel.get_by_label("Search the log").fill("GREETED")
     expect(log).to_contain_text("greeted")
     expect_no_barriers(page, "#ros2-course-nodes", "nodes")

@@ -278,6 +278,7 @@ def test_a_message_is_published_at_a_rate_until_it_is_stopped_and_its_program_an
     (_, first, _), (took, last, told) = state["events"]
     sent = int(told.removeprefix("number "))
     assert (first, last) == ("message", "last message") and sent > 30
+    assert (state["about"], state["note"]) == ("", ""), "it does not go on, and the reader has stopped it"
     assert took >= (sent - 1) / 20 * 1e3 * 0.9  # ms: not faster than asked for
     assert kernel.run(f"ros.until(lambda: {count} == {sent}, 30)\nprint({count})") == str(sent)
     assert "nothing to stop" in page.ask("inspector.cancel", number=number)["error"]
@@ -312,6 +313,9 @@ def test_a_rate_has_bounds_and_ends_with_the_page_and_with_the_next_message(kern
     seen.close()  # as when the browser's tab is closed
     kernel.run(f"from course.lab.kernel.exchange import find\nstopped = ros.until(lambda: find({number!r}).over, 30)")
     assert kernel.run("print(stopped)") == "True"
+    subscription = page.subscribe("inspector.exchange", number=number)
+    state = next(event["data"] for event in iter(page.event, None) if event["id"] == subscription)
+    assert state["about"] == "" and state["note"].startswith("It has ended: another panel or another notebook")
 
 
 def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_do_the_same(kernel, page):

@@ -340,6 +340,21 @@ def test_what_a_node_logged_before_it_was_started_again_stays_for_a_page_that_is
     assert stamps == sorted(stamps)
 
 
+def test_lines_that_no_choice_matches_are_counted_until_one_matches(kernel, page):
+    kernel.run(
+        "from rclpy.node import Node\nclass Said(Node): pass\nsaid = ros.start(Said, 'chosen').node\n"
+        "said.get_logger().info('one')\nros.logs('chosen', until='one')"
+    )
+    page.subscribe("log", text="[nothing")
+    before = page.event()["data"]
+    assert before["lines"] == [] and before["hidden"] > 0
+    kernel.run("said.get_logger().info('two')\nros.logs('chosen', until='two')")
+    data = page.event()["data"]
+    assert (data["lines"], data["hidden"]) == ([], before["hidden"] + 1)
+    kernel.run("said.get_logger().info('a [nothing')\nros.logs('chosen', until='nothing')")
+    assert [line[2] for line in page.event()["data"]["lines"]] == ["a [nothing"]
+
+
 def test_what_was_logged_before_a_page_listens_is_older_and_did_not_come_too_fast(kernel, page):
     """A quiet node's lines are among the first, and what is left out is counted apart."""
     kernel.run(

@@ -75,10 +75,10 @@ class Exchange:
             else:
                 (self._first if len(self._first) < FIRST else self._last).append(row)
 
-    def end(self, failed: str = "") -> None:
-        """End the exchange; `failed` says why there was no answer."""
+    def end(self, failed: str = "", note: str = "") -> None:
+        """End the exchange; `failed` says why there was no answer, `note` why it ended without the reader's doing."""
         with self._lock:
-            self._over, self._failed, self._note = True, failed, ""
+            self._over, self._failed, self._note = True, failed, note
 
     def note(self, text: str) -> None:
         """Show a note to the reader while the exchange goes on."""

@@ -32,36 +32,44 @@ class LogFeed:
         self._process = mark(int(pid))
         self._level, self._text = SEVERITY.get(level, 0), text.casefold()
         self._all = nodes is None and self._level <= SEVERITY["DEBUG"] and not text and not pid
+        self._hidden = 0  # lines that were not wanted
+        self._told: int | None = 0  # of these, those that the page knows of; None once it has a wanted one
         self._session: Session | None = None
         self._follower: LogFollower | None = None
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"lines": [[level, node, text, stamp, process], ...], "lost": ..., "older": ...}.
+        """Return {"lines": [[level, node, text, stamp, process], ...], "lost": ..., "older": ..., "hidden": ...}.
 
         A stamp is "seconds.nanoseconds" since 1970, as a terminal shows it, or "" if it is not known, and a process the
         low 16 bits of its id, or 0.  "lost" is the number of lines that came too fast, "older" that of lines left out
-        that were there before the page listened.
+        that were there before the page listened, "hidden" that of lines that were not wanted, up to the first wanted
+        one.
         """
         live, limit = session(), LINES
         if live is not self._session or self._follower is None:
             self._session, limit = live, FIRST
+            self._hidden = self._told = 0
             self._follower = live.follow_logs(None if self._all else self._wanted)
         entries, lost = self._follower.read(limit)
-        if not entries and not lost:
+        if not entries and not lost and self._told in (None, self._hidden):
             return None
+        self._told = None if entries or self._told is None else self._hidden
         lines = [[each.level, each.node, _cut(each.text), _stamp(each.at), each.process] for each in entries]
-        return {"lines": lines, "lost": lost, "older": self._follower.older if limit == FIRST else 0}
+        older = self._follower.older if limit == FIRST else 0
+        return {"lines": lines, "lost": lost, "older": older, "hidden": self._hidden}
 
     def close(self) -> None:
         """Do nothing: the feed holds no resources."""
 
     def _wanted(self, entry: Entry) -> bool:
-        return (
+        wanted = (
             (self._nodes is None or entry.node in self._nodes)
             and self._process in (0, entry.process)
             and SEVERITY.get(entry.level, 0) >= self._level
             and self._text in entry.text.casefold()
         )
+        self._hidden += not wanted
+        return wanted
 
 
 def _stamp(at: int) -> str:

@@ -29,6 +29,10 @@ UNSEEN = 2.0  # s that a repeated publication may be unseen, as while one panel 
 NOTED = 0.5  # s between two notes on the number of messages
 LOOK = 0.25  # s between two checks that an action server is still there
 GONE = 2.0  # s that it may be missing from the graph
+UNWATCHED = (
+    "It has ended: another panel or another notebook came to the front, or the page was closed, and it goes on only "
+    "while the Inspector is open. To go on, publish again."
+)
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel request
 
 _repeating: dict[str, "Stop"] = {}  # by topic
@@ -113,8 +117,11 @@ class Stop:
 
 
 def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: Any, rate: float, stop: Stop) -> None:
-    count, noted, due = 0, 0.0, time.monotonic()
-    while live.ok and exchange.is_shown(UNSEEN):
+    count, noted, due, why = 0, 0.0, time.monotonic(), ""
+    while live.ok:
+        if not exchange.is_shown(UNSEEN):
+            why = UNWATCHED
+            break
         try:
             publisher.publish(message)
         except (RCLError, InvalidHandle):  # the session has ended, or the type was built again
@@ -128,6 +135,8 @@ def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: An
         if stop.event.wait(due - now):
             break
     exchange.add("last message", f"number {count}")
+    exchange.about = ""  # it goes on no longer
+    exchange.end(note=why)
 
 
 class Goal(GoalRecorder):

@@ -235,7 +235,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
               name={name}
               type={type}
               away={away}
-              repeats={number => setRepeated([...repeated, number])}
+              repeats={(number, before) => setRepeated([...repeated.filter(each => each !== before), number])}
             />
           )}
         </div>
@@ -244,14 +244,19 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
   );
 }
 
-/** A repeated publication that goes on while the form is another one's. */
+/** A repeated publication that goes on while the form is another one's, or has ended without the reader's doing. */
 function Repeated({ link, number, ended }: { link: Link; number: string; ended: () => void }): JSX.Element | null {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
-  const take = (found: Exchange) => (found.state === 'running' ? setExchange(found) : ended());
+  const take = (found: Exchange) => (found.state === 'running' || found.note ? setExchange(found) : ended());
   useTopic(link, 'inspector.exchange', { number }, take, () => setExchange(null), ended);
+  const running = exchange?.state === 'running';
   const stop = (event: React.MouseEvent) => {
     event.currentTarget.closest<HTMLElement>('.ros-Panel')?.focus(); // this button will be gone
-    link.request('inspector.cancel', { number }).catch(() => undefined); // it has just ended
+    if (running) {
+      link.request('inspector.cancel', { number }).catch(() => undefined); // it has just ended
+    } else {
+      ended();
+    }
   };
   return (
     exchange && (
@@ -259,7 +264,7 @@ function Repeated({ link, number, ended }: { link: Link; number: string; ended: 
         <span>
           <strong>{breakable(exchange.name)}</strong>: {exchange.note}
         </span>
-        <button onClick={stop}>Stop</button>
+        <button onClick={stop}>{running ? 'Stop' : 'Close'}</button>
       </div>
     )
   );
@@ -280,7 +285,7 @@ interface About {
   name: string;
   type: string;
   away: boolean; // not there now
-  repeats: (number: string) => void; // called with a repeated publication that has begun
+  repeats: (number: string, before: string | null) => void; // called with a repeated publication, and what it replaces
 }
 
 interface Looked {
@@ -383,7 +388,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         const number: string = await link.request('inspector.send', asked);
         setExchange(number);
         if (asked.rate) {
-          repeats(number);
+          repeats(number, exchange);
         }
       }
     } catch (error) {

@@ -45,9 +45,10 @@ interface Shown {
   next: number;
   lost: number; // came too fast
   older: number; // from before the page listened, and left out
+  hidden: number; // do not match what the reader has chosen
 }
 
-const EMPTY: Shown = { lines: [], next: 0, lost: 0, older: 0 };
+const EMPTY: Shown = { lines: [], next: 0, lost: 0, older: 0, hidden: 0 };
 
 export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JSX.Element {
   const [chosen, setChosen] = React.useState('');
@@ -56,7 +57,9 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
   const text = useSettled(search, SEARCH);
   const up = link?.state === 'up';
   const listened = useSettled(up, FIRST);
-  const [{ lines, lost, older }, setShown] = React.useState<Shown>(EMPTY);
+  const [{ lines, lost, older, hidden }, setShown] = React.useState<Shown>(EMPTY);
+  const none = `${lines.length} ${hidden}`;
+  const settled = useSettled(none, FIRST) === none;
   const [failed, setFailed] = React.useState('');
   const last = React.useRef<Choice | null>(null); // it stays when its node has ended
   const choices = choicesOf(nodes);
@@ -134,7 +137,9 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
         {lost === 1 && 'One line is not shown: lines came faster than a page can show them.'}
         {lost > 1 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}
       </div>
-      {lines.length === 0 && !failed && up && listened && <p className="ros-quiet">No lines yet.</p>}
+      {lines.length === 0 && !failed && up && listened && (hidden > 0 || settled) && (
+        <p className="ros-quiet">{nothing(hidden)}</p>
+      )}
       <div
         className="ros-Log-lines"
         ref={box}
@@ -244,9 +249,17 @@ function two(value: number): string {
   return String(value).padStart(2, '0');
 }
 
+/** Return why no line is shown. */
+function nothing(hidden: number): string {
+  if (hidden < 2) {
+    return hidden ? 'The log has one line, which does not match.' : 'No lines yet.';
+  }
+  return `None of the ${hidden.toLocaleString('en')} lines matches.`;
+}
+
 type Told = [level: string, node: string, text: string, stamp: string, process: number];
 
-function added(before: Shown, data: { lines: Told[]; lost: number; older: number }): Shown {
+function added(before: Shown, data: { lines: Told[]; lost: number; older: number; hidden: number }): Shown {
   let next = before.next;
   const lines = [...before.lines];
   for (const [level, node, text, stamp, process] of data.lines) {
@@ -257,7 +270,8 @@ function added(before: Shown, data: { lines: Told[]; lost: number; older: number
       lines.push({ id: next++, level, node, text, stamp, process, times: 1 });
     }
   }
-  return { lines: lines.slice(-KEPT), next, lost: before.lost + data.lost, older: before.older + data.older };
+  const [lost, older] = [before.lost + data.lost, before.older + data.older];
+  return { lines: lines.slice(-KEPT), next, lost, older, hidden: data.hidden };
 }
 
 /** Return a value once it is stable for a moment, so that not every key starts a new search. */
