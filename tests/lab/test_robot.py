@@ -410,10 +410,32 @@ def test_the_pad_says_who_drives_and_keeps_out_of_it(kernel, page, who):
     begin, told, end = DRIVEN_BY[who]
     page.subscribe("robot")
     kernel.run(f"ros.start(World)\n{begin}")
-    shown_until(page, lambda known: told in known.get("idle", ""))
+    known = shown_until(page, lambda known: told in known.get("idle", "") and (known.get("nodes") or {}).get("drives"))
+    assert known["nodes"]["drives"] == [told.removesuffix(" drives now")]
     assert told in page.ask("robot.drive", linear=0.3, angular=0.0)["error"]
     kernel.run(end)
     shown_until(page, lambda known: known.get("idle") == "")
+
+
+def test_what_the_inspector_publishes_drives_until_it_has_ended(kernel, page):
+    kernel.run("ros.start(World)")
+    sent = {"kind": "topic", "name": "/cmd_vel", "type_name": "geometry_msgs/msg/Twist", "given": {}, "rate": "20"}
+    number = page.ask("inspector.send", **sent)["result"]
+    sending, robot = page.subscribe("inspector.exchange", number=number), page.subscribe("robot")
+    known: dict = {}
+
+    def follow(condition):
+        while not condition():
+            if (event := page.event())["id"] == robot:
+                known.update(event["data"])
+
+    follow(lambda: known.get("idle") and (known.get("nodes") or {}).get("drives"))
+    assert known["idle"] == "the Inspector drives now. Stop it to drive yourself."
+    assert known["nodes"]["drives"] == ["the Inspector"]
+    assert page.ask("inspector.cancel", number=number)["result"] is None
+    follow(lambda: known["idle"] == "" and known["nodes"]["drives"] == [] and not known.get("silent"))
+    assert kernel.run("print(ros.until(lambda: not ros.node.count_publishers('/cmd_vel')))") == "True"
+    page.ask("unsubscribe", id=sending)
 
 
 def test_one_who_sends_no_commands_any_more_does_not_drive_and_is_told(kernel, page):

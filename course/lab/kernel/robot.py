@@ -87,7 +87,7 @@ class RobotFeed:
             self._sent["state"] = news["state"] = state
         if path := self._path.news(listener.fast_world()):
             news["path"] = path
-        nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.nodes("/cmd_vel")}
+        nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.commanders}
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None

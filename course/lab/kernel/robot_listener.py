@@ -26,6 +26,7 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker
 
 from course.errors import LiveError
+from course.lab.kernel import sending
 from course.lab.kernel.nodes import session
 from course.lab.kernel.pad import Pad
 from course.robot.sectors import from_scan
@@ -122,15 +123,17 @@ class RobotListener:
                         self._commanded = -math.inf
 
     def _look_at_commands(self, names: list[str]) -> None:
-        """Update the receivers and senders of commands: nodes, the `ros2` command, cells by the session's own node."""
+        """Update the receivers and senders of commands: nodes, the `ros2` command, by the session's node the others."""
         node = self.live.node
         own = node.get_fully_qualified_name()
         takers = node.get_subscriptions_info_by_topic("/cmd_vel")
         self.takes = {each.topic_type for each in takers if not is_hidden(each.node_name)}
         others = {"the ros2 command" if name.startswith("/_ros2cli") else name for name in names if name != own}
         # The pad's own publisher may come or go during a look, so a cell's must be there at two looks.
-        cells, self._cells = self._cells, names.count(own) - self.pad.publishes
-        self.commanders = [*sorted(others), *["a cell of the notebook"] * (min(cells, self._cells) > 0)]
+        inspector = sending.publishes("/cmd_vel")
+        cells, self._cells = self._cells, names.count(own) - self.pad.publishes - inspector
+        inside = {"the Inspector": inspector, "a cell of the notebook": min(cells, self._cells)}
+        self.commanders = [*sorted(others), *(name for name, count in inside.items() if count > 0)]
 
     def close(self) -> None:
         """Remove all subscriptions, clients and publishers."""

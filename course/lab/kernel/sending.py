@@ -3,6 +3,7 @@
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 from action_msgs.srv import CancelGoal
@@ -36,7 +37,13 @@ UNWATCHED = (
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel request
 
 _repeating: dict[str, "Stop"] = {}  # by topic
-_held: dict[tuple[str, str], Callable[[], object]] = {}  # destroys the last client or publisher of each name
+_held: dict[str, Callable[[], object]] = {}  # destroys the last client of each action
+_publishers: list[Publisher] = []  # those that exist now
+
+
+def publishes(topic: str) -> int:
+    """Return how many publishers the Inspector has on a topic now, by its full name."""
+    return sum(each.topic_name == topic for each in list(_publishers))
 
 
 def call(live: Session, interface: Interface, name: str, request: Any, timeout: float) -> Exchange:
@@ -88,11 +95,22 @@ def publish(
 
     def work() -> None:
         publisher = live.node.create_publisher(interface.message, name, 10)
-        _hold(("topic", name), lambda: live.node.destroy_publisher(publisher) if live.ok else None)
+        _publishers.append(publisher)
+        try:
+            send(publisher)
+        finally:
+            _publishers.remove(publisher)
+            with suppress(RCLError, InvalidHandle):  # the session has ended, or the type was built again
+                if live.ok:
+                    live.node.destroy_publisher(publisher)
+
+    def send(publisher: Publisher) -> None:
         wait_until(lambda: publisher.get_subscription_count() >= max(1, live.node.count_subscribers(name)), MATCH)
         exchange.add("message", message)
         if rate:
             _repeat(live, exchange, publisher, message, rate, stop)
+            with suppress(RCLError, InvalidHandle):
+                publisher.wait_for_all_acked(Duration(seconds=RECEIVED))
             return
         publisher.publish(message)
         if not (count := publisher.get_subscription_count()):
@@ -182,7 +200,7 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
 
     def work() -> None:
         client = ActionClient(live.node, interface.loaded, name)
-        _hold(("action", name), lambda: destroy(client) if live.ok else None)
+        _hold(name, lambda: destroy(client) if live.ok else None)
         if not wait_until(client.server_is_ready, timeout):
             raise CourseError(f"no action server for {name} within {timeout:g} s: has its node been started?")
         sent = Goal(client, exchange, goal)
@@ -227,8 +245,8 @@ def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
     return exchange
 
 
-def _hold(key: tuple[str, str], leave: Callable[[], object]) -> None:
-    """Keep a client or publisher until the next one of its name, for late feedback and messages on their way."""
-    if key in _held:
-        _held.pop(key)()
-    _held[key] = leave
+def _hold(name: str, leave: Callable[[], object]) -> None:
+    """Keep an action's client until the next one of its name, for late feedback."""
+    if name in _held:
+        _held.pop(name)()
+    _held[name] = leave
