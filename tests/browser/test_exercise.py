@@ -17,6 +17,7 @@ from tests.browser.pages import (
     run_cell,
     show_panel,
     wait_for_kernel,
+    wait_until_run,
     write_cell,
     write_greeter,
 )
@@ -142,3 +143,33 @@ def test_after_a_restart_no_further_check_of_all_is_run(lab, page):
     run_cell(page, 0, "print('new')")
     expect(cell(page, 0)).to_contain_text("new\n")
     expect(checks).to_contain_text("later: not run")
+
+
+@pytest.mark.parametrize("busy", [0, FILE + 1], ids=["cell before", "check"])
+def test_an_interruption_ends_all_checks(lab, page, busy):
+    """Whether the check itself runs, or waits for another cell."""
+    panel = begin(page, lab, f"interrupted-{busy}", checks=("greets", "later"))
+    checks = panel.get_by_role("list", name="Checks and questions")
+    if busy:
+        write_cell(page, busy, BUSY)
+    else:
+        run_cell(page, busy, BUSY)
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("…greets: running")
+    expect(cell(page, busy).locator(".jp-InputPrompt")).to_have_text("[*]:")
+    page.get_by_role("button", name="Interrupt the kernel").click()
+    expect(checks).not_to_contain_text("running")
+    wait_until_run(page)
+    run_cell(page, 0, "print('new')")
+    expect(cell(page, 0)).to_contain_text("new\n")
+    expect(checks).to_contain_text("later: not run")
+
+
+def test_a_check_that_fails_keeps_no_other_from_being_run(lab, page):
+    panel = begin(page, lab, "failing", checks=("greets", "later"))
+    checks = panel.get_by_role("list", name="Checks and questions")
+    run_cell(page, 0, "class ros:\n    call = lambda *_: __import__('types').SimpleNamespace(message='bye')")
+    wait_until_run(page)
+    panel.get_by_role("button", name="Run all checks").click()
+    for name in ("greets", "later"):
+        expect(checks).to_contain_text(f"✗{name}: not yet: it must say hello")

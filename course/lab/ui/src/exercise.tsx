@@ -1,6 +1,7 @@
 // The exercise panel: checks, points, hints by grade, what was edited since its last run, reset, hand in.
 
 import { Dialog, showDialog, showErrorMessage } from '@jupyterlab/apputils';
+import { Cell } from '@jupyterlab/cells';
 import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { Contents } from '@jupyterlab/services';
 import { checkIcon } from '@jupyterlab/ui-components';
@@ -252,7 +253,15 @@ function Markdown({ text, panel }: { text: string; panel: NotebookPanel }): JSX.
   return <div ref={place} className="ros-hint" />;
 }
 
-/** Run the cells with these names one after the other, whatever their results, until the kernel is restarted. */
+const INTERRUPTIONS = ['KeyboardInterrupt', 'Interrupted']; // as course/session/guards.py names them
+
+/** Return true if a cell that did not end well was interrupted, itself or while it waited for a cell before it. */
+function wasInterrupted(cell: Cell): boolean {
+  const outputs: any[] = (cell.model.toJSON() as any).outputs ?? [];
+  return outputs.every(each => each.output_type !== 'error' || INTERRUPTIONS.includes(each.ename));
+}
+
+/** Run the cells with these names one after the other, whatever their results, until an interruption or a restart. */
 async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
   const { content: notebook, sessionContext } = panel;
   let restarted = false;
@@ -262,8 +271,8 @@ async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
   sessionContext.statusChanged.connect(look);
   try {
     for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
-      await NotebookActions.runCells(notebook, [cell], sessionContext);
-      if (restarted) {
+      const well = await NotebookActions.runCells(notebook, [cell], sessionContext);
+      if (restarted || (!well && wasInterrupted(cell))) {
         return;
       }
     }
