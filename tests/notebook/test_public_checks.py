@@ -604,6 +604,27 @@ SAYS_NOTHING = """        if self.blocked:
 """
 
 
+# A request to enable, during a stop of motors that were disabled, takes effect when the stop ends.
+STARTS_LATER = """
+    class StartsLater(MotorService):
+        was = asked = False
+
+        def enable(self, request, response):
+            self.asked = request.data and self.stopped and not self.was
+            return super().enable(request, response)
+
+        def emergency_stop(self, request, response):
+            if not self.stopped:
+                self.was, self.asked = self.enabled, False
+            super().emergency_stop(request, response)
+            if self.asked and not request.data:
+                self.enabled, response.message = True, 'Motors enabled'
+            return response
+
+    node = StartsLater()
+"""
+
+
 @pytest.mark.parametrize(
     ("exercise", "check", "file", "old", "new", "says"),
     [
@@ -1016,6 +1037,34 @@ SAYS_NOTHING = """        if self.blocked:
             "if right > 1.2:",
             "if right > (1.15 if self.state == State.LOOKING else 1.2):",
             "at {'front': 3.0, 'right': 1.19} it must decide (0.3, -0.5), whatever was decided before",
+        ),
+        (
+            "services",
+            "motor-service",
+            "motor_service.py",
+            "    node = MotorService()\n",
+            STARTS_LATER,
+            "both messages must say 'disabled' alone after emergency_stop True, enable True, emergency_stop False: ",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "if not limits['output_min'] < limits['output_max']:",
+            "if not limits['output_min'] < limits['output_max'] + ([each.name for each in params] == ['output_max']):",
+            "an output_max of 11 must be refused: the output_min that is stored is 11",
+        ),
+        (
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "        self.effort_pub =",
+            (
+                "        self.add_pre_set_parameters_callback(lambda params: setattr(\n"
+                "            self, 'integral', self.integral * (params[0].name != 'joint_name')) or params)\n"
+                "        self.effort_pub ="
+            ),
+            "a refused set of joint_name changed the integral: ",
         ),
     ],
 )
