@@ -1066,6 +1066,22 @@ STARTS_LATER = """
             ),
             "a refused set of joint_name changed the integral: ",
         ),
+        (
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "self.agent.decide_action(self.distances)",
+            "{'linear': 0.3, 'angular': 1.5 * (0.6 - self.distances['right'])}",
+            "wall_follower.py must ask its agent: nothing in it calls `decide_action`",
+        ),
+        each_night(
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "seen.min(initial=math.inf)",
+            "seen.min(initial=math.nan if ranges.size and np.isnan(ranges).any() and name == 'right' else math.inf)",
+            "that is for 0.27 m or less on the right, or for a NaN that was not left out",
+        ),
     ],
 )
 def test_a_check_holds_a_sentence_of_its_task(empty, exercise, check, file, old, new, says):
