@@ -260,8 +260,8 @@ def test_the_test_command_begins_with_the_guards_unless_tests_are_named(tmp_path
         return run(tmp_path / "environment/test", *arguments).stdout.splitlines()
 
     installs, python = "environment/install developer", ".venv/bin/python -m pytest"
-    assert called() == [installs, "environment/check", f"{python} -n 3"]
-    assert called("--all") == [installs, "environment/check", f"{python} -n 3 -m "]
+    assert called() == [installs, "environment/check", f"{python} -n 4"]
+    assert called("--all") == [installs, "environment/check", f"{python} -n 4 -m "]
     assert called("tests/course", "-k", "a b") == [installs, f"{python} tests/course -k a b"]
 
 
