@@ -215,7 +215,16 @@ ros.until(pathlib.Path('left').exists, 600)
 outside.terminate()"""
 
 
-def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are_told(lab, page):
+@pytest.fixture
+def left(lab):
+    """The file whose presence ends the second server of the test, however that ends."""
+    path = lab[2] / "twice/left"
+    path.unlink(missing_ok=True)
+    yield path
+    path.touch()
+
+
+def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are_told(lab, page, left):
     panel = begin(page, lab, "twice")
     (lab[2] / "twice/end").touch()
     wait_until_run(page)
@@ -243,7 +252,7 @@ def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are
     expect(panel).to_be_focused()
     panel.get_by_label("What to do").select_option("Call a service")
     expect(panel).to_contain_text("either may answer")
-    (lab[2] / "twice/left").touch()
+    left.touch()
     expect(panel).not_to_contain_text("either may answer")
 
 

@@ -20,6 +20,7 @@ KEPT = 20  # exchanges that are kept
 ALIKE = 5  # exchanges of one name and sender that are kept: a timer must not push out all others
 INSPECTOR = "the Inspector"
 FIRST, LAST = 20, 180  # events of an exchange that are kept
+BEGINS = 10.0  # s until a page, perhaps of a busy machine, has begun to show an exchange that it has asked for
 UNUSUAL = ("rejected", "canceled", "aborted")  # ends of a goal that the list tells
 LONGEST = 2000  # characters of a message that are shown
 LENGTH = 100  # elements of an array that are shown
@@ -50,7 +51,8 @@ class Exchange:
         self._note = ""
         self._goal: Any = None
         self._followers = 0
-        self._left = time.monotonic()  # time when the last page stopped showing it
+        # Time when the last page stopped showing it: none has begun yet.
+        self._left = time.monotonic() + BEGINS
         self._lock = threading.Lock()
 
     def add(self, event: str, message: Any = None, at: float | None = None) -> None:

@@ -1,4 +1,4 @@
-"""What was handed in last from a folder: by the receipts there, and by what this server does or has done."""
+"""The last hand-in from a folder, by the receipts there and by what this server does or has done."""
 
 import json
 import re
@@ -41,7 +41,7 @@ class HandingIn:
 
 @dataclass(frozen=True)
 class Receipt:
-    """What the receipt in an archive says."""
+    """The content of the receipt in an archive."""
 
     time: datetime
     files: tuple[str, ...]
