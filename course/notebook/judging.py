@@ -420,8 +420,9 @@ def own_variable(file: str) -> str:
     """
     source = text_at(Path(file))
     tree = parse_program(source)
+    callbacks = service_callbacks(tree)
     for function, name, line, _ in without_global(tree):
-        if function.name in service_callbacks(tree):
+        if function.name in callbacks:
             return (
                 f"\n{frame_at(file, name.lineno, source)}\nThis sets a variable of '{function.name}' alone, not that "
                 f"of line {line}. To set that one, begin '{function.name}' with `global {name.id}`, or keep it in "
@@ -434,12 +435,9 @@ def shared_response(file: str) -> str:
     """Return lines about a callback of a service that returns an attribute of its node; '' if none does."""
     source = text_at(Path(file))
     tree = parse_program(source)
-    names = {name_of(argument(call, *CALLBACKS["create_service"])) for call in calls(tree, "create_service")}
-    for function in functions(tree):
-        returns = (
-            (node for node in ast.walk(function) if isinstance(node, ast.Return)) if function.name in names else ()
-        )
-        for node in returns:
+    callbacks = service_callbacks(tree)
+    for function in (each for each in functions(tree) if each.name in callbacks):
+        for node in (each for each in ast.walk(function) if isinstance(each, ast.Return)):
             if isinstance(node.value, ast.Attribute) and ast.unparse(node.value.value) == "self":
                 at = frame_at(file, node.lineno, source)
                 return (

@@ -175,10 +175,9 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
 
 def _unread_parameter(words: list[str]) -> str:
     """Return why a parameter on a command line would not be read, or ''."""
-    runs = words[:2] == ["ros2", "run"] or _program(words)
     path = _program(words)
     given = unread_words(words, text_at(path) if path else "")
-    if not runs or not given:
+    if not given or (path is None and words[:2] != ["ros2", "run"]):
         return ""
     return f"This was not run: the program would not read `{given}`. Write `--ros-args {given}`."
 

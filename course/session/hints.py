@@ -123,6 +123,9 @@ def makes_no_node(source: str) -> str:
     return "" if re.search(r"\b(?:rclpy|course|import_module)\b", source) else "It ended at once: it makes no node."
 
 
+SERVES = ("create_service", "ActionServer", "create_timer", "create_subscription", "create_publisher")
+
+
 def is_client(source: str) -> bool:
     """Return True if a program makes clients, and nothing that others ask, hear or wait for."""
     tree = parse(source)
@@ -134,9 +137,6 @@ def serves(source: str) -> bool:
     """Return True if a program makes something that must run on: a server, a timer, or an end of a topic."""
     tree = parse(source)
     return any(list(calls(tree, name)) for name in SERVES)
-
-
-SERVES = ("create_service", "ActionServer", "create_timer", "create_subscription", "create_publisher")
 
 
 def never_spins(source: str) -> bool:

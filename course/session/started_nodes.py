@@ -369,19 +369,15 @@ class StartedNodes:
         """End an earlier node or file's process of this name; `new` already has the name, `cls` will get it."""
         for key, handle in list(self._handles.items()):
             if handle is not new and name in (key, *map(base, handle.nodes)):
-                if cls is not None and isinstance(handle, LiveNode) and not handle.is_version_of(cls):
+                if isinstance(handle, LiveNode):
+                    by_class = cls is not None and not handle.is_version_of(cls)
+                    by_file = new is not None and not handle.of_check and name != new.path.stem
+                    replaced = type(handle.node).__name__ if by_class or by_file else ""
+                else:
+                    replaced = key if new is not None and handle.alive else ""
+                if replaced and (by := new.name if new else cls and cls.__name__):
                     self._watch.notice(
-                        f"{cls.__name__} replaces {type(handle.node).__name__}: both name their node "
-                        f"'{name}'. To run both, give one of them another name in `super().__init__(...)`."
-                    )
-                if new is not None and isinstance(handle, LiveNode) and not handle.of_check and name != new.path.stem:
-                    self._watch.notice(
-                        f"{new.name} replaces {type(handle.node).__name__}: both name their node '{name}'. To run "
-                        "both, give one of them another name in `super().__init__(...)`."
-                    )
-                if new is not None and isinstance(handle, NodeProcess) and handle.alive:
-                    self._watch.notice(
-                        f"{new.name} replaces {key}: both name their node '{name}'. To run both, give one of them "
+                        f"{by} replaces {replaced}: both name their node '{name}'. To run both, give one of them "
                         "another name in `super().__init__(...)`."
                     )
                 self.stop(key)
