@@ -314,6 +314,9 @@ class Busy(Server):
                 ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))
             if not blocked:
                 seen.twice = self._one_step(limit, alive)
+            if seen.success and not alive():  # when a goal ended: it has answered each request
+                self.end()
+                return seen
             success = self.set(blocked, limit, alive)
             if success is None:
                 return None
