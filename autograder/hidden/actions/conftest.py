@@ -6,9 +6,10 @@ import pytest
 from course_interfaces.action import Lift
 
 from autograder.hidden.actions.busy import Busy
-from autograder.hidden.actions.conversation import ACTION, Cancelled, Quick, Slow
+from autograder.hidden.actions.conversation import ACTION, STEP, Cancelled, Quick, Server, Slow
 from autograder.hidden.actions.each_way import EachWay
-from autograder.hidden.actions.encounter import CLIENT, LONG, Called, Encounter
+from autograder.hidden.actions.encounter import CLIENT, LONG, WIDE, Called, Encounter
+from autograder.hidden.actions.idle import Idle
 from autograder.suitekit import Bench, serve
 from autograder.suitekit.fixtures import used
 
@@ -17,7 +18,6 @@ FOR_ROS = ("--ros-args", "--log-level", "info")
 MESSAGES = (7, 10)
 NEVER = 9  # feedback messages after which a client is to cancel, of a goal that has fewer
 POSSIBLE = (1, 10)  # floors that every lift has, without the one where it begins
-WIDE = (10, 100)  # floors that only the server can refuse
 
 
 @pytest.fixture(scope="session")
@@ -48,6 +48,18 @@ def slow(bench: Bench) -> Slow:
 def each_way(bench: Bench) -> EachWay:
     """The student's lift, to which something happens on the way up and down, near a stop and far from it."""
     return EachWay(bench, bench.random("each way"))
+
+
+@pytest.fixture(scope="session")
+def idle(bench: Bench) -> Idle:
+    """The student's lift, to which nothing happens for some seconds."""
+    return Idle(bench)
+
+
+@pytest.fixture(scope="session")
+def one_floor(bench: Bench) -> Server:
+    """The student's lift with floor 0 alone."""
+    return Server(bench, STEP, "--ros-args", "-p", "top:=0")
 
 
 @pytest.fixture(scope="session")
@@ -93,7 +105,7 @@ def succeed(handle: Any) -> Any:
 def begun(request: pytest.FixtureRequest) -> None:
     """Have all programs start at once that a test uses."""
     names = used(request)
-    for name in ("cancelled", "quick", "busy", "slow", "each_way"):
+    for name in ("cancelled", "quick", "busy", "slow", "idle", "each_way", "one_floor"):
         if name in names:
             request.getfixturevalue(name).begin()
     for name in ("clients", "called"):

@@ -18,7 +18,8 @@ from course.foundation.waiting import wait_until
 
 CLIENT = "lift_client.py"
 FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
-LONG = 6.0  # s that a goal takes for a client that must wait for its end
+WIDE = (1_000, 10_000)  # floors that only the server can refuse
+LONG = 11.0  # s that a goal takes for a client that must wait for its end
 EARLY = 0.3  # s that a client is given to cancel too early
 PATIENT = 4.0  # s that it is given to cancel at all, or to print what it has heard
 MOST_FEEDBACK = 29  # messages to a client that never cancels
@@ -104,7 +105,9 @@ class Encounter:
     @property
     def doing(self) -> str:
         """Which run it is, in words for the student."""
-        floors = f"floors above {TOP}, one of them twice, one of 0 and " if self._range[0] > TOP else ""
+        floors = (
+            f"floors of {self._range[0]} and more, one of them twice, one of 0 and " if self._range[0] > TOP else ""
+        )
         lasts = f" whose goal takes {self._lasts:g} s" if self._lasts else ""
         return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server{lasts}"
 
@@ -198,7 +201,7 @@ class Encounter:
             # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
             wait_until(lambda: self.shown <= self._printed(), PATIENT)
             lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
-            self._run.until(lambda: time.monotonic() > begun + lasts)
+            self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
         self.early = self._printed()
         (handle.abort if self.script == "abort" else handle.succeed)()
         return self.result

@@ -22,11 +22,13 @@ from autograder.hidden.actions.conversation import (
     TOP,
     Cancelled,
     Quick,
+    Server,
     Slow,
     accepted,
 )
 from autograder.hidden.actions.each_way import BLOCKED, CANCEL, PREEMPT, EachWay
-from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, Called, Encounter
+from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, WIDE, Called, Encounter
+from autograder.hidden.actions.idle import PLACE, SHAFT, Idle
 from autograder.hidden.actions.judging import (
     EARLIEST,
     SHORTEST,
@@ -156,7 +158,7 @@ def test_feedback(quick: Quick, cancelled: Cancelled) -> None:
 
 @points(0.25, cell="lift-server")
 @twice
-def test_keeps_its_place(quick: Quick, rng: random.Random) -> None:
+def test_keeps_its_place(quick: Quick, idle: Idle, rng: random.Random) -> None:
     """The cabin starts at floor 0, and each goal goes on from where it is."""
     with quick.sample() as ride:
         heard = way(ride.goal)
@@ -180,6 +182,7 @@ def test_keeps_its_place(quick: Quick, rng: random.Random) -> None:
             f"next goal told floor {heard[0]}.",
             f"from {here} to {there}: {heard}",
         )
+    idle.expect(PLACE)
 
 
 @points(0.25, cell="lift-server")
@@ -310,7 +313,7 @@ def test_cancel_while_waiting(busy: Busy, cancelled: Cancelled) -> None:
 
 @points(0.5, cell="lift-server")
 @twice
-def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, rng: random.Random) -> None:
+def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, one_floor: Server, rng: random.Random) -> None:
     """A goal without floors, or with a floor outside 0 to top, is rejected; the parameter top counts, by default 9."""
     expect_rejection(quick, [], "A goal without floors")
     for floors in ([-1], [3, -rng.randrange(2, 50)]):
@@ -332,6 +335,9 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, rng: random.Ran
     cancelled.join()
     expect_rejection(cancelled, [TOP + 1], f"When top is not set, a goal with a floor above {TOP}")
     accepted(cancelled.send([TOP]))
+    if not one_floor.send([0]).accepted:
+        raise Wrong("With 0 as `top` on the command line, a goal for floor 0 must be accepted; it was rejected.")
+    expect_rejection(one_floor, [1], "With 0 as `top` on the command line, a goal for floor 1")
 
 
 @points(0.5, cell="lift-server")
@@ -492,7 +498,7 @@ def test_block_is_answered(busy: Busy, slow: Slow) -> None:
 
 @points(0.5, cell="lift-server")
 @twice
-def test_blocked_before(busy: Busy, quick: Quick) -> None:
+def test_blocked_before(busy: Busy, quick: Quick, idle: Idle) -> None:
     """A goal that comes while the shaft is blocked makes no step and is aborted; a free shaft serves the next one."""
     with busy.blocking() as seen:
         stuck, freed = seen.stuck, seen.freed
@@ -537,6 +543,7 @@ def test_blocked_before(busy: Busy, quick: Quick) -> None:
                 f"`data: false` must free the shaft. After {BLOCK} got `data: true` and then `data: false`, with no "
                 f"goal in between, a goal {busy.how(asked.unblocked.end)}."
             )
+    idle.expect(SHAFT)
 
 
 @points(0.25, cell="lift-server")
@@ -637,8 +644,8 @@ def test_client_sends_floors(clients: Mapping[str, Encounter]) -> None:
             how = how if len(sent) == len(run.floors) else f"{len(sent)} floors"
             raise Wrong(
                 "The client's goal must hold the floors from its command line, in their order, also those that only "
-                f"the server can refuse; called with floors above {TOP}, one of them twice, and one of 0, it held "
-                f"{how}.",
+                f"the server can refuse; called with floors of {WIDE[0]} and more, one of them twice, and one of 0, it "
+                f"held {how}.",
                 f"sent {run.goals}, not {run.floors}: {program.output}",
             )
 

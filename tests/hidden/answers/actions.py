@@ -1107,6 +1107,23 @@ WRONG = {
         ),
         {"keeps_its_place"},
     ),
+    "an idle cabin goes back to floor 0 by itself": (
+        server(
+            (
+                "        self.get_logger().info('Lift ready')\n",
+                (
+                    "        self.moved = time.monotonic()\n        self.create_timer(0.2, self.go_back)\n"
+                    "        self.get_logger().info('Lift ready')\n\n"
+                    "    def go_back(self):\n"
+                    "        if self.cabin.acquire(blocking=False):\n"
+                    "            if time.monotonic() - self.moved > 3.5:\n                self.floor = 0\n"
+                    "            self.cabin.release()\n"
+                ),
+            ),
+            (RESULT, f"self.moved = time.monotonic()\n        {RESULT}"),
+        ),
+        {"keeps_its_place"},
+    ),
     "a stop takes a step": (
         server(
             (
@@ -1143,6 +1160,10 @@ WRONG = {
     ),
     "the top is fixed": (server(("top = self.get_parameter('top').value", "top = 9")), {"rejects"}),
     "another default of the top": (server(("'top', 9", "'top', 10")), {"rejects"}),
+    "a top of 0 counts as not set": (
+        server(("top = self.get_parameter('top').value", "top = self.get_parameter('top').value or 9")),
+        {"rejects"},
+    ),
     "a top below 9 has no effect": (
         server(("top = self.get_parameter('top').value", "top = max(9, self.get_parameter('top').value)")),
         {"rejects"},
@@ -1732,6 +1753,20 @@ WRONG = {
         server(("self.blocked = request.data", "self.blocked = not self.blocked")),
         {"blocked_before"},
     ),
+    "a blocked shaft is free again after 3 s": (
+        server(
+            (
+                "        response.success = True\n",
+                (
+                    "        if request.data:\n"
+                    "            timer = threading.Timer(3.0, lambda: setattr(self, 'blocked', False))\n"
+                    "            timer.daemon = True\n            timer.start()\n"
+                    "        response.success = True\n"
+                ),
+            )
+        ),
+        {"blocked_before"},
+    ),
     "an aborted goal frees the shaft": (
         server((ABORT, ABORT.replace("break", "self.blocked = False\n                break"))),
         {"blocked_before"},
@@ -1838,6 +1873,15 @@ WRONG = {
             (
                 "    rclpy.init(args=args)\n",
                 "    if max(options.floors) > 9:\n        return 'no such floor'\n    rclpy.init(args=args)\n",
+            )
+        ),
+        {"client_sends_floors"},
+    ),
+    "client refuses floors above 100": (
+        client(
+            (
+                "    rclpy.init(args=args)\n",
+                "    if max(options.floors) > 100:\n        parser.error('no such floor')\n    rclpy.init(args=args)\n",
             )
         ),
         {"client_sends_floors"},
@@ -2049,6 +2093,20 @@ WRONG = {
     ),
     "client exits with 1 when it was to cancel": (
         client((FAILS, "return 0 if outcome == 'SUCCEEDED' and options.cancel_after is None else 1")),
+        {"client_waits_for_the_end"},
+    ),
+    "client gives up after 8 s, and says that its goal was aborted": (
+        client(
+            (
+                "        end = self.wait_for(self.goal_handle.get_result_async())\n",
+                (
+                    "        future = self.goal_handle.get_result_async()\n"
+                    "        rclpy.spin_until_future_complete(self, future, timeout_sec=8.0)\n"
+                    "        if not future.done():\n            return 'ABORTED'\n"
+                    "        end = future.result()\n"
+                ),
+            )
+        ),
         {"client_waits_for_the_end"},
     ),
     "client waits 5 s for the end of its goal": (

@@ -1,0 +1,110 @@
+"""The student's lift, to which nothing happens for some seconds: while it is free, and then while it is blocked.
+
+Beside the first tests, so that it takes no time of its own.
+"""
+
+import threading
+import time
+from collections.abc import Callable
+
+from autograder.hidden.actions.conversation import BLOCK, LATE, QUICK_STEPS, Early
+from autograder.hidden.actions.rides import Ride, floors_heard
+from autograder.suitekit import Alive, Bench, Goal, Wrong
+from course.foundation.waiting import wait_until
+
+IDLE = 5.0  # s
+TRIES = 2  # of the same, when something is wrong
+PLACE, SHAFT = "place", "shaft"
+LOW, HIGH = 3, 5  # floors between which it goes
+ENDS = 5.0  # s until a goal of some short steps has ended
+
+
+class Idle(Early):
+    """The student's lift with short steps, which is left alone after a goal, and after its shaft was blocked."""
+
+    def __init__(self, bench: Bench):
+        super().__init__(bench, QUICK_STEPS[-1], "--ros-args", "-p", f"step_period:={QUICK_STEPS[-1]}")
+        self._wrong: dict[str, Wrong] = {}
+        self._over = {kind: threading.Event() for kind in (PLACE, SHAFT)}
+
+    def expect(self, kind: str) -> None:
+        """Nothing must have changed by itself; raises Wrong when something did each time that it was tried."""
+        self._over[kind].wait()
+        if kind in self._wrong:
+            raise self._wrong[kind]
+
+    def _early(self) -> None:
+        try:
+            super()._early()
+        finally:
+            for over in self._over.values():
+                over.set()
+
+    def _play(self, limit: float, alive: Alive) -> bool:
+        kinds: dict[str, Callable[[float, Alive], str]] = {PLACE: self._moved, SHAFT: self._freed}
+        for kind, question in kinds.items():
+            told = ""
+            for _ in range(TRIES):
+                if not (told := question(limit, alive)):
+                    break
+            if told:
+                self._wrong[kind] = Wrong(told)
+            self._over[kind].set()
+        return True
+
+    def _moved(self, limit: float, alive: Alive) -> str:
+        """What is wrong when the cabin has left its place by itself; empty when nothing shows that."""
+        first = self._goal([LOW], limit, alive)
+        waited = self._left_alone(alive) if self._arrived(first, LOW) else 0.0
+        if not waited:
+            return ""
+        second = self._goal([HIGH], limit, alive)
+        if not self._arrived(second, HIGH) or not second:
+            return ""
+        began = floors_heard(second.goal)[0]
+        if began in (LOW, LOW + 1):
+            return ""
+        return (
+            f"The cabin keeps its place until the next goal, however late that comes. It stood at floor {LOW}, and "
+            f"{waited:.0f} s later the first message of a goal for floor {HIGH} told floor {began}."
+        )
+
+    def _freed(self, limit: float, alive: Alive) -> str:
+        """What is wrong when the shaft was free again by itself; empty when nothing shows that."""
+        before = self._goal([LOW], limit, alive)
+        if not self._arrived(before, LOW) or self.set(True, limit, alive) is None:
+            return ""
+        blocked = self._goal([HIGH], limit, alive)  # which must be aborted
+        aborted = blocked and blocked.end == "ABORTED" and not blocked.goal.feedback
+        waited = self._left_alone(alive) if aborted else 0.0
+        if not waited:
+            return ""
+        after = self._goal([HIGH], limit, alive)
+        if self.set(False, limit, alive) is None or not after or not self._arrived(after, HIGH):
+            return ""
+        return (
+            f"The shaft stays blocked until {BLOCK} gets `data: false`. A goal that came at once after `data: true` "
+            f"was aborted; another one, {waited:.0f} s later, moved the cabin, and ended as {after.end}."
+        )
+
+    def _left_alone(self, alive: Alive) -> float:
+        """Let time pass, and return how much (s); 0 when the program has ended meanwhile."""
+        begun = time.monotonic()
+        wait_until(lambda: not alive(), self.allow(IDLE))
+        return time.monotonic() - begun if alive() else 0.0
+
+    def _goal(self, floors: list[int], limit: float, alive: Alive) -> Ride | None:
+        """A goal, once it is over; None when it has no end."""
+        goal: Goal | None = self.give(floors, alive, limit)
+        if not goal or not goal.accepted:
+            return None
+        if not goal.wait(lambda g: g.status, self.allow(ENDS)):
+            goal.cancel()
+            return None
+        goal.wait(lambda g: not g.feedback or g.feedback[-1].message.floor == g.result.floor, LATE)
+        return Ride(floors, goal)
+
+    @staticmethod
+    def _arrived(ride: Ride | None, floor: int) -> bool:
+        """Whether a goal has brought the cabin there, step by step, as its feedback tells."""
+        return bool(ride and floors_heard(ride.goal)[-1:] == [floor])
