@@ -14,7 +14,7 @@ from autograder.suitekit.hints import is_of_text, last_words
 from course.foundation.waiting import wait_until
 
 LIMIT = 10.0  # s that a client may run, with or without a server
-MOST = 0.8  # of the time that a client must wait for an answer, which may begin before its request is on its way
+MOST = 0.95  # of the time that a client must wait for an answer, which may begin before its request is on its way
 GRACE = 3.0  # s more for a program to load on a busy machine
 SIGNALLED = 128  # exit statuses from here on mean a signal, not the program's own exit
 SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart
+from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart, LeftAlone
 from autograder.suitekit import Bench
 from autograder.suitekit.fixtures import used
 
@@ -18,6 +18,14 @@ def calculator(bench: Bench) -> Calculator:
     calculator = Calculator(bench)
     calculator.begin()
     return calculator
+
+
+@pytest.fixture(scope="session")
+def left_alone(bench: Bench) -> LeftAlone:
+    """The same once more: it is left alone after its first requests."""
+    left_alone = LeftAlone(bench)
+    left_alone.begin()
+    return left_alone
 
 
 @pytest.fixture(scope="session")
@@ -41,6 +49,7 @@ def runs(bench: Bench) -> ClientRuns:
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
     zero = Counterpart(bench, result=0.0, success=True, message=word(9))
     infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))
+    speechless = Counterpart(bench, result=result, success=False, message="")
     silent = Counterpart(bench, result=1.0, success=True, message=word(9), silent=True)
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
@@ -48,7 +57,8 @@ def runs(bench: Bench) -> ClientRuns:
         refused=Call(refusing, p, "0", "divide"),
         nameless=Call(zero, p, q, ""),
         unknown=Call(infinite, p, q, word(6)),
-        unusual=Call(silent, f"{p}e-12", f"+{q}", f" {word(5).capitalize()} ", *FOR_ROS),
+        unusual=Call(silent, f"{p}e-12", f"+.{q}", f" {word(5).capitalize()} ", *FOR_ROS),
+        speechless=Call(speechless, p, "0", "divide"),
         absent=bench.early["absent"],
         misused={
             "with too few arguments": refusing.run(p, q),
@@ -62,6 +72,6 @@ def runs(bench: Bench) -> ClientRuns:
 @pytest.fixture(scope="session", autouse=True)
 def begun(request: pytest.FixtureRequest) -> None:
     """Have all programs start at once that a test uses."""
-    for name in ("calculator", "runs"):
+    for name in ("calculator", "left_alone", "runs"):
         if name in used(request):
             request.getfixturevalue(name)

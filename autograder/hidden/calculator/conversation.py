@@ -5,6 +5,7 @@ import random
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -24,6 +25,7 @@ SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a res
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
 QUOTED = 60  # characters of a text that a message shows
+REAPED = 1.0  # s until the output of a server that has ended is read
 CHATTER = 300  # numbers like the right one that a program may print beside it: printing all of them shows none
 
 Question = tuple[float, str, float]  # a, the operation, b
@@ -261,6 +263,66 @@ class Calculator(Server):
         return [pair for order, got in zip(orders, responses, strict=True) for pair in zip(order, got, strict=True)]
 
 
+class LeftAlone(Calculator):
+    """The same server once more: it is asked once, and again when nobody has asked for anything for a while."""
+
+    def __init__(self, bench: Bench):
+        super().__init__(bench)
+        self._left: tuple[Question, Any, float] | None = None  # what it was asked, its response, and when it came
+        self._logged: bool | None = None  # whether the first response of a start was in the log; None: not known
+
+    def leave(self, operation: str, wait: float) -> None:
+        """Ask a fresh start something, as long as `wait` s until that is in the log, and leave it alone."""
+        self._left = None
+        rng = self.bench.random("left alone")
+        question = rng.randrange(7009, 8999) + 0.5, operation, rng.randrange(5009, 5999) + 0.25
+        with suppress(Fault):
+            self.ensure_fresh()
+            starts, self.fresh = self.starts, False
+            logged = self.logs_result(question, wait)
+            response = self.ask(*question)
+            if self.starts == starts:
+                self._left, self._logged = (question, response, time.monotonic()), logged
+
+    def logs_first(self, operation: str, wait: float) -> bool:
+        """Whether it has logged its very first response, in one of two starts."""
+        if self._logged is None:
+            self.leave(operation, wait)
+        if self._logged is False:
+            self.leave(operation, wait)
+        return self._logged is not False
+
+    def after_silence(self, operation: str, seconds: float, wait: float) -> str:
+        """What has become of it so many seconds after its last request, when that is wrong twice; else nothing."""
+        wrong = ""
+        for _ in "12":
+            if self._left is None:
+                self.leave(operation, wait)
+            if not (wrong := self._what_became(seconds)):
+                break
+        return wrong
+
+    def _what_became(self, seconds: float) -> str:
+        if self._left is None:
+            return ""
+        question, before, since = self._left
+        program, starts, self._left = self.program, self.starts, None
+        wait_until(lambda: not program.alive, self.allow(since + seconds - time.monotonic()))
+        silence = time.monotonic() - since
+        if self.has_ended:
+            program.wait(REAPED)
+            return f"The server ended {silence:.0f} s after its last request: {program.last_words()}. It must go on."
+        after = None
+        with suppress(Fault):
+            after = self.ask(*question)
+        if after is None or self.starts != starts or same(after, before):
+            return ""
+        return (
+            "Each answer depends on its own request alone, and not on when it comes: a request that came "
+            f"{silence:.0f} s after the same one was answered otherwise, with {told(after, before)}."
+        )
+
+
 def in_one_line(text: str) -> str:
     """The text with each run of white space as one blank."""
     return " ".join(text.split())
@@ -386,6 +448,7 @@ class ClientRuns:
     nameless: Call  # an operation without a name; the result is 0
     unknown: Call  # an operation that only the server knows; the result is inf
     unusual: Call  # numbers and an operation as nobody writes them, arguments for ROS, and no answer
+    speechless: Call  # the server answers with success False, and without a message
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
 

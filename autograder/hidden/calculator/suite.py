@@ -24,6 +24,7 @@ from autograder.hidden.calculator.conversation import (
     Calculator,
     Call,
     ClientRuns,
+    LeftAlone,
     about_right,
     has_right_result,
     in_one_line,
@@ -55,6 +56,7 @@ SHOWN = 0.06  # what rounding to one decimal may cost a result that the client p
 INFINITE = re.compile(r"(?<![a-z])inf(inity)?(?![a-z])|∞", re.IGNORECASE)  # and not as in "[INFO]"
 FOUND = 1.0  # s for which the client must wait for a server, and then for its answer, by the task
 WRITTEN = 3.0  # s until a log line has arrived
+LEFT = 6.0  # s for which nobody asks the server for anything
 LATER = 2.5  # s after a refusal for which the server is seen to go on
 REFUSALS = 8  # in a row, each of which must be one
 LETTERS = "bdfgklmnp"  # of words that are no operation
@@ -124,9 +126,10 @@ def expect_fields(section: str, fields: tuple[Field, ...], right: list[tuple[str
 
 
 @points(1, cell="calculator-server")
-def test_add(calculator: Calculator, rng: random.Random) -> None:
+def test_add(calculator: Calculator, left_alone: LeftAlone, rng: random.Random) -> None:
     """The server adds."""
     judge_operation(calculator, rng, "add")
+    left_alone.leave("add", calculator.bench.clock.allow(WRITTEN))  # which later tests look at
 
 
 @points(1, cell="calculator-server")
@@ -262,7 +265,7 @@ def reason(message: str) -> str:
 
 
 @points(0.5, cell="calculator-server")
-def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) -> None:
+def test_each_answer_stands_alone(calculator: Calculator, left_alone: LeftAlone, rng: random.Random) -> None:
     """Each answer depends on its own request alone: not on earlier ones, nor on another client's at the same time."""
     before = calculator.answers([plain_numbers(rng)])
     for question, answer in before.items():
@@ -296,6 +299,9 @@ def test_each_answer_stands_alone(calculator: Calculator, rng: random.Random) ->
             )
     expect_all_digits_matter(calculator, rng)
     expect_same_for_two_clients(calculator, rng)
+    wait = calculator.bench.clock.allow(WRITTEN)
+    if wrong := left_alone.after_silence(calculator.abilities[0], LEFT, wait):
+        raise Wrong(wrong)
 
 
 def expect_all_digits_matter(calculator: Calculator, rng: random.Random) -> None:
@@ -401,7 +407,7 @@ def expect_log_of_request(calculator: Calculator, question: tuple[float, str, fl
 
 @points(0.5, cell="calculator-server")
 @twice
-def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
+def test_logs_responses(calculator: Calculator, left_alone: LeftAlone, rng: random.Random) -> None:
     """The server logs each response: its result, or the message of a refusal."""
     wait = calculator.bench.clock.allow(WRITTEN)
     for operation in calculator.abilities:
@@ -418,6 +424,11 @@ def test_logs_responses(calculator: Calculator, rng: random.Random) -> None:
                 f"After it has refused {about}, the server must have logged (or printed) the message of its response. "
                 "No log line since the request has this message."
             )
+    if not left_alone.logs_first(calculator.abilities[0], wait):
+        raise Wrong(
+            "The server must log (or print) each response, also the first one after its start. The log does not have "
+            "the result of the first response, in each of two starts; later ones it has."
+        )
 
 
 @points(1, cell="calculator-client")
@@ -446,10 +457,10 @@ def test_client_sends(runs: ClientRuns) -> None:
     call = runs.unusual
     a, b, operation = call.sent[:3]
     if not call.reached:
-        call.run.finish("with a number such as 1e-5 and an operation that it does not know")
+        call.run.finish("with numbers such as 1e-5 and +.5, and an operation that it does not know")
         raise Wrong(
-            "With a number such as 1e-5, an operation that only the server can refuse, and arguments for ROS behind "
-            f"them (--ros-args ...), no request came to {SERVICE}. {call.what_it_did}",
+            "With numbers such as 1e-5 and +.5, an operation that only the server can refuse, and arguments for ROS "
+            f"behind them (--ros-args ...), no request came to {SERVICE}. {call.what_it_did}",
             call.run.output,
         )
     if (sent := call.requests[0]) != (right := Calculate.Request(a=float(a), b=float(b), operation=operation)):
@@ -618,6 +629,8 @@ def test_client_exit_status(runs: ClientRuns) -> None:
         if (status := call.run.status(doing)) and not call.run.raised:
             raise Wrong(f"{doing[0].upper()}{doing[1:]}, the exit status must be 0. It is {status}.")
     with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
+    if runs.speechless.reached:  # that it calls, another test judges
+        with_server["with a server that refuses without a message"] = runs.speechless.run
     statuses = {doing: run.status(doing) for doing, run in with_server.items()}
     for doing, run in {"without a server": runs.absent, UNANSWERED: runs.unanswered.run}.items():
         with contextlib.suppress(TimedOut):  # another test tells this

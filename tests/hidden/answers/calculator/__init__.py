@@ -608,6 +608,52 @@ WRONG = {
         ),
         {"logs_requests"},
     ),
+    "refuses what comes 4 s after the request before": (
+        server(
+            ("from rclpy.node import Node\n", "import time\nfrom rclpy.node import Node\n"),
+            (
+                "        response.success = True\n        if request",
+                (
+                    "        before, self.latest = getattr(self, 'latest', time.monotonic()), time.monotonic()\n"
+                    "        response.success = self.latest - before < 4.0\n"
+                    "        if not response.success:\n            response.message = 'session expired'\n"
+                    "        elif request"
+                ),
+            ),
+        ),
+        {"each_answer_stands_alone"},
+    ),
+    "ends after 5 s without a request": (
+        server(
+            ("from rclpy.node import Node\n", "import time\nfrom rclpy.node import Node\n"),
+            (
+                "        self.get_logger().info('Calculator ready')\n",
+                (
+                    "        self.latest = time.monotonic()\n        self.create_timer(0.5, self.look)\n"
+                    "        self.get_logger().info('Calculator ready')\n\n"
+                    "    def look(self):\n        if time.monotonic() - self.latest > 5.0:\n"
+                    "            raise SystemExit('nobody asks')\n"
+                ),
+            ),
+            (
+                "        response.success = True\n        if",
+                "        self.latest = time.monotonic()\n        response.success = True\n        if",
+            ),
+        ),
+        {"each_answer_stands_alone"},
+    ),
+    "logs each response but the first": (
+        server(
+            (
+                "        self.get_logger().info(\n            f'Response",
+                (
+                    "        self.done = getattr(self, 'done', 0) + 1\n"
+                    "        if self.done > 1:\n            self.get_logger().info(\n            f'Response"
+                ),
+            )
+        ),
+        {"logs_responses"},
+    ),
     "logs a refusal without its message": (
         server(("            f'message={response.message}')", "            'message=')")),
         {"logs_responses"},
@@ -943,6 +989,20 @@ WRONG = {
         ),
         {"client_sends"},
     ),
+    "client wants a digit before the point": (
+        client(
+            ("import sys\n", "import re\nimport sys\n"),
+            (
+                "        a, b = float(a), float(b)\n",
+                (
+                    "        if not all(re.match(r'[-+]?\\d', number) for number in (a, b)):\n"
+                    "            raise ValueError\n"
+                    "        a, b = float(a), float(b)\n"
+                ),
+            ),
+        ),
+        {"client_sends"},
+    ),
     "client knows a number by a pattern without an exponent": (
         client(
             (
@@ -1085,6 +1145,19 @@ WRONG = {
     "client waits for a server for ever": (
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")),
         {"client_without_server"},
+    ),
+    "client waits 0.5 s for the answer": (
+        client(
+            (
+                "spin_until_future_complete(self, future, timeout_sec=timeout_sec)",
+                "spin_until_future_complete(self, future, timeout_sec=0.5)",
+            )
+        ),
+        {"client_without_answer"},
+    ),
+    "client takes a refusal without a message for a success": (
+        client(("if not response.success:", "if not response.success and response.message:")),
+        {"client_exit_status"},
     ),
     "client waits for the answer for ever": (
         client((ASKS, ASKS.replace(", timeout_sec=timeout_sec", ""))),
