@@ -50,6 +50,8 @@ UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
 GOES_ON = f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended"
+OFTEN = 60  # requests to enable and to disable
+OFTEN_TAKES = 3.0  # s after which no more of these are sent
 KEPT = 6.5  # s for which the motors keep their state when nobody asks for anything
 WAITS = 6.0  # s that the relay must wait for an answer at least, by the task
 TAKES = 5.3  # s that /add_two_ints takes
@@ -152,6 +154,25 @@ def test_success(motors: Motors) -> None:
     for state in STATES if motors.status_answers else ():
         if motors.bring(state):
             expect_success(motors.status(), True, STATUS, state)
+    expect_success_often(motors)
+
+
+def expect_success_often(motors: Motors) -> None:
+    """Motors that are not stopped must enable and disable with success, however often; within some seconds."""
+    end = time.monotonic() + OFTEN_TAKES
+    if not motors.bring(DISABLED):
+        return  # which costs other points
+    for number in range(1, OFTEN + 1):
+        on = number % 2 == 1
+        response = motors.attempt(ENABLE, on)
+        if response is None or time.monotonic() > end:
+            return
+        if not response.success:
+            raise Wrong(
+                f"Motors that were not stopped were enabled and disabled again and again. {ENABLE} with data {on} is "
+                "no error, however often: success must be True. In the end it was False, with the message "
+                f"{quoted(response.message)}."
+            )
 
 
 def expect_success(response: Any, wanted: bool, request: str, state: str) -> None:

@@ -712,6 +712,19 @@ WRONG = {
         ),
         {"success"},
     ),
+    "enables with success 30 times": (
+        motors(
+            (
+                ENABLE_SAYS,
+                (
+                    "self.count = getattr(self, 'count', 0) + 1\n"
+                    "        response.success = response.success and self.count <= 30\n"
+                    "        " + ENABLE_SAYS
+                ),
+            )
+        ),
+        {"success"},
+    ),
     "success of enable is the state": (
         motors((ENABLE_SAYS, "response.success = self.enabled\n        " + ENABLE_SAYS)),
         {"success"},
