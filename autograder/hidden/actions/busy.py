@@ -314,10 +314,10 @@ class Busy(Server):
                 ride.goal.wait(lambda g: g.status, self.bench.clock.allow(AT_MOST))
             if not blocked:
                 seen.twice = self._one_step(limit, alive)
-            if seen.success and not alive():  # when a goal ended: it has answered each request
+            success = self.set(blocked, limit, alive) if alive() else None
+            if success is None and seen.success and not alive():  # as the goal ends now: that is another test's
                 self.end()
                 return seen
-            success = self.set(blocked, limit, alive)
             if success is None:
                 return None
             seen.success.append(success)

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from autograder.hidden.actions.conversation import BLOCK, LATE, QUICK_STEPS, Early
-from autograder.hidden.actions.rides import Ride, floors_heard
+from autograder.hidden.actions.rides import Ride, floors_heard, way
 from autograder.suitekit import Alive, Bench, Goal, Wrong
 from course.foundation.waiting import wait_until
 
@@ -59,14 +59,12 @@ class Idle(Early):
         if not waited:
             return ""
         second = self._goal([HIGH], limit, alive)
-        if not self._arrived(second, HIGH) or not second:
-            return ""
-        began = floors_heard(second.goal)[0]
-        if began in (LOW, LOW + 1):
+        heard = way(second.goal) if second else []
+        if heard[-1:] != [HIGH] or heard[0] in (LOW, LOW + 1):
             return ""
         return (
             f"The cabin keeps its place until the next goal, however late that comes. It stood at floor {LOW}, and "
-            f"{waited:.0f} s later the first message of a goal for floor {HIGH} told floor {began}."
+            f"{waited:.0f} s later the first message of a goal for floor {HIGH} told floor {heard[0]}."
         )
 
     def _freed(self, limit: float, alive: Alive) -> str:
@@ -106,5 +104,5 @@ class Idle(Early):
 
     @staticmethod
     def _arrived(ride: Ride | None, floor: int) -> bool:
-        """Whether a goal has brought the cabin there, step by step, as its feedback tells."""
+        """Whether a goal has brought the cabin there, as its feedback tells."""
         return bool(ride and floors_heard(ride.goal)[-1:] == [floor])

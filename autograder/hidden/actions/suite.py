@@ -320,11 +320,6 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, one_floor: Serv
         expect_rejection(quick, floors, "A goal with a floor below 0")
     for floors in ([quick.top + 1], [0, quick.top + rng.randrange(2, 50), 1]):
         expect_rejection(quick, floors, "A goal with a floor above `top`, as set on the command line,")
-    if not quick.send([2] * MANY_FLOORS).accepted:
-        raise Wrong(
-            "A goal with at least one floor, and only floors from 0 to top, must be accepted, however many they are; "
-            f"one with {MANY_FLOORS} floors was rejected."
-        )
     highest = quick.send([quick.top])
     if not highest.accepted:
         raise Wrong(
@@ -335,9 +330,17 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, one_floor: Serv
     cancelled.join()
     expect_rejection(cancelled, [TOP + 1], f"When top is not set, a goal with a floor above {TOP}")
     accepted(cancelled.send([TOP]))
-    if not one_floor.send([0]).accepted:
-        raise Wrong("With 0 as `top` on the command line, a goal for floor 0 must be accepted; it was rejected.")
-    expect_rejection(one_floor, [1], "With 0 as `top` on the command line, a goal for floor 1")
+    with suppress(Crashed, TimedOut):  # what becomes of the goal that is accepted, other tests judge
+        goal = one_floor.send([0])
+        if not goal.accepted:
+            raise Wrong("With 0 as `top` on the command line, a goal for floor 0 must be accepted; it was rejected.")
+        expect_rejection(one_floor, [1], "With 0 as `top` on the command line, a goal for floor 1")
+        goal.wait(lambda g: g.status, one_floor.allow(AT_MOST))  # who refuses what comes meanwhile loses other points
+        if not one_floor.send([0] * MANY_FLOORS).accepted:
+            raise Wrong(
+                "A goal with at least one floor, and only floors from 0 to top, must be accepted, however many they "
+                f"are; one with {MANY_FLOORS} floors was rejected."
+            )
 
 
 @points(0.5, cell="lift-server")
