@@ -104,6 +104,7 @@ def test_a_client_that_waits_too_little_or_says_what_it_always_says_is_told():
         ([], 0.7, True),
         ([-3.0, 0.5], 1.6, True),  # by the run before
         ([0.5], 0.9, False),
+        ([0.5], 1.4, False),
         ([0.5, 0.9], 1.1, False),
         ([-3.0, 2.0], 2.5, False),
     ],

@@ -1146,15 +1146,6 @@ WRONG = {
         client(("wait_for_service(timeout_sec=timeout_sec)", "wait_for_service()")),
         {"client_without_server"},
     ),
-    "client waits 0.5 s for the answer": (
-        client(
-            (
-                "spin_until_future_complete(self, future, timeout_sec=timeout_sec)",
-                "spin_until_future_complete(self, future, timeout_sec=0.5)",
-            )
-        ),
-        {"client_without_answer"},
-    ),
     "client takes a refusal without a message for a success": (
         client(("if not response.success:", "if not response.success and response.message:")),
         {"client_exit_status"},
