@@ -65,6 +65,7 @@ class PidNode(TopicProgram):
         EFFORT: Topic("effort", "std_msgs/Float64", PUBLISH),
     }
     has_answered = False  # an error, at any time
+    first_by_old_kp = False  # whether its first effort was by the kp from before the last set
     integral_waits = False  # while the effort is clamped
     gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 

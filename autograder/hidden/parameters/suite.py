@@ -6,12 +6,14 @@ What a node refuses and accepts counts only when it is a controller: those tests
 Points add up to 20.
 """
 
+import contextlib
 import math
 import random
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from autograder.errors import Fault
 from autograder.hidden.parameters.conversation import (
     DEFAULTS,
     HUGE,
@@ -23,6 +25,7 @@ from autograder.hidden.parameters.conversation import (
     Answer,
     Early,
     PidNode,
+    apart,
     begin_with_gains,
     between,
     changes,
@@ -39,18 +42,21 @@ EXTRA = 0.2  # s in which a second answer to one error would come
 INSTANT = 1e-6  # s, the shortest time between two errors that a node can have measured
 ALMOST_NOTHING = 1e-9  # of an error: it adds nothing to the integral, but it is a message to measure time from
 LENIENT = 3.0  # times that a growth may differ where another test judges it
-JUST = 1e-6  # above another limit
+JUST = 1e-9  # above another limit
 NARROW = 0.01  # limits that clamp nearly everything
 SHORT = 0.02  # s, a step that no node takes for none
 LATER, BETWEEN = 2.3, 0.1  # s after a refused set for which nothing of it may be seen, and from error to error
+MUCH_LATER = 3.3  # s after another refused set, which are over when the test has come so far, or nearly
 LONG = 2.5  # s, a step that is longer than a second or two
 SLOW, FAST = 0.5, 16.0  # a ki, and another that nobody takes for it
 SLIGHT = 1e-3  # a change of the error that makes no large slope, however short the step
 LEAP, STEEP = 0.125, 9.0  # a change of the error, and a kd with which it makes a large slope
 BEFORE = 0.5  # a kp with which each error has another effort
+SLOWLY, SLOW_CHANGE = 1.2, 0.25  # s between two errors, and by how much they differ
 SHARP = 0.5  # of an effort: a slope of LEAP with the gain STEEP makes more in a step of less than 2 s
 FAR = 1e12  # a limit that is as good as any
-LARGE, TINY = 1e6, 2.0**-14  # an error that makes a large integral, and a ki with which the effort stays below 10
+TINY = 2.0**-14  # a ki that adds hardly anything, or hardly differs from another
+LARGE, LEAST = 9e8, 2.0**-24  # an error that makes a large integral, and a ki with which the effort stays below 10
 MORE = 8  # times that an error is as large as another
 QUICK = 60  # errors one right after the other, each a short step
 CLAMPED = 6  # efforts in a row that are clamped
@@ -115,10 +121,16 @@ def test_first_message(
 ) -> None:
     """The first effort has no integral and no derivative part, because no time step comes before it."""
     pid.start_fresh()
-    kp = pid.get().get("kp", 1.0)  # as it is: whether the node uses a new one is judged by another test
+    old = pid.get().get("kp", 1.0)
+    kp = old + 0.5
     error = rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
     pid.arrange(kp=kp, ki=float(rng.randrange(8, 40)), kd=rng.randrange(4, 20) / 2)
-    pid.expect_effort(error, kp * error, f"{FIRST_ERROR}: there is no earlier message to measure a time step from")
+    about = f"{FIRST_ERROR}: there is no earlier message to measure a time step from"
+    effort = pid.ask(error).effort
+    pid.first_by_old_kp = near(effort, old * error) and not pid.gains_by_launch  # judged by another test
+    if not pid.first_by_old_kp and not near(effort, kp * error):
+        right, got = apart(kp * error, effort)
+        raise Wrong(f"{about}: {right} was right, and it was {got}.", f"error {error}: {pid.get()}")
     if efforts := begin_with_gains(by_command_line[0]):
         first, proportional = efforts
         if not near(first, proportional):
@@ -164,6 +176,11 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     for kp in rng.sample(range(3, 12), 3):
         pid.expect_set("A kp in its range, set while the node runs,", kp=kp / 2)
         pid.expect_effort(error, kp / 2 * error, "After kp was set, the very next effort must use the new kp")
+    if pid.first_by_old_kp:
+        raise Wrong(
+            "A kp that is set before the first error must be used for it, the very next message: the first effort was "
+            "that with the kp of before."
+        )
     pid.expect_set("A kp in its range, set together with kd,", kd=0.0, kp=1.2)
     pid.expect_effort(error, 1.2 * error, "After kd and kp were set together, the very next effort must use the new kp")
     if pid.gains_by_launch:
@@ -239,7 +256,13 @@ def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None
     """The integral grows by error × the seconds since the message before, also while the effort is clamped."""
     ki, error = rng.randrange(4, 16) / 2, rng.choice([-1, 1]) * rng.randrange(5, 10) / 8
     last = begin_integral(pid, error, ki=ki)
-    for pause, other in ((0.15, error / 2), (0.05, -error), (rng.uniform(0.1, 0.15), error), (0.3, -2 * error)):
+    for pause, other in (
+        (0.15, error / 2),
+        (0.05, -error),
+        (0.05, SLIGHT),
+        (rng.uniform(0.1, 0.15), error),
+        (0.3, -2 * error),
+    ):
         last, fault = send_after(pid, pause, other, ki, last)
         if fault:
             raise Wrong(
@@ -257,14 +280,14 @@ def test_integral(pid: PidNode, early: Early | None, rng: random.Random) -> None
             f"changed by {last.effort - first.effort:.3g}.",
             f"{first} then {last}",
         )
-    last = begin_integral(pid, LARGE, ki=TINY)
-    last, fault = send_after(pid, 0.1, LARGE, TINY, last)
+    last = begin_integral(pid, LARGE, ki=LEAST)
+    last, fault = send_after(pid, 0.1, LARGE, LEAST, last)
     movable = WIDE.items() <= pid.get().items()  # or else another test judges it
     pid.end()  # a node that keeps so large an integral would show nothing else
     if fault and movable:
         raise Wrong(
-            "A large integral must grow, too, by error × step: it has no limits. With a large error and a small ki "
-            f"alone, the change of the effort was wrong: {fault}.",
+            "A large integral must grow, too, by error × step: neither it nor the error has limits. With an error of "
+            f"{LARGE:g} and a small ki alone, the change of the effort was wrong: {fault}.",
             fault,
         )
     narrow = {"output_min": -NARROW, "output_max": NARROW}
@@ -376,8 +399,9 @@ def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer
 
 @points(0.5, cell="pid-node")
 @twice
-def test_derivative(pid: PidNode, rng: random.Random) -> None:
+def test_derivative(pid: PidNode, early: Early | None, rng: random.Random) -> None:
     """The derivative part is kd × the change of the error per second."""
+    begun = begin_slope(early) if early and early.lives else None
     # Efforts of less than 10: limits that do not move cost nothing here.
     kd, before = rng.randrange(1, 4) / 2, rng.uniform(-0.25, -0.1)
     pid.arrange(kp=BEFORE)  # the error and the time before are kept, too, while kd is 0
@@ -416,6 +440,39 @@ def test_derivative(pid: PidNode, rng: random.Random) -> None:
     if not pid.gains_by_launch:
         for gain in ("ki", "kp"):
             expect_slope_after(pid, gain, kd)
+        if early and begun:
+            expect_slow_slope(early, begun)
+
+
+def begin_slope(early: Early) -> Answer | None:
+    """Its answer to STILL, with a kd from now on; None if it has none."""
+    with contextlib.suppress(Fault):
+        early.node.parameters.set({"kd": STEEP})
+        answer = early.node.send(STILL)  # a node may use a new gain one message late
+        if early.node.get().get("kd") == STEEP:
+            return answer
+    return None
+
+
+def expect_slow_slope(early: Early, last: Answer) -> None:
+    """A slope over more than a second is as large as it is; after it, the node has a kd of 0 again."""
+    time.sleep(max(0.0, last.came + SLOWLY - time.monotonic()))
+    error = STILL + SLOW_CHANGE
+    try:
+        answer, again = early.node.send(error), early.node.send(error)
+        early.node.parameters.set({"kd": 0.0})
+        early.node.send(STILL)
+    except Fault:
+        return  # judged by other tests
+    low, high = sorted(by_slope(STEEP, SLOW_CHANGE, last, answer))
+    # The second of the two has no slope, and a little more of the integral; they are equal when they are clamped.
+    got, integral = answer.effort - again.effort, early.given["ki"] * error * (again.came - answer.sent)
+    if early.lives and got and max(integral, abs(got)) < low / LENIENT:
+        raise Wrong(
+            f"After {answer.came - last.came:.1f} s without an error, the slope must be the change of the error / "
+            f"these seconds: the derivative part must have been {told((low, high))}, and it was {max(0.0, got):.3g}.",
+            f"{last} then {answer} and {again}, {early.given}",
+        )
 
 
 def by_slope(kd: float, change: float, last: Answer, answer: Answer) -> tuple[float, ...]:
@@ -469,7 +526,7 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
     if pid.gains_by_launch:
         expect_new_rate(pid, error, ki)
     # By little and by more, alone, and as the last of several.
-    for new in ({"ki": ki + 0.0625}, {"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):
+    for new in ({"ki": ki + TINY}, {"ki": ki + 1.5}, {"kd": 0.0, "kp": 0.0, "ki": ki - 0.5}):
         fill_integral(pid, error, ki=ki)
         slowest, fastest = rate_of_growth(pid, error)  # judged by another test
         if not fastest:  # as when it grows so fast that it is clamped
@@ -616,6 +673,37 @@ def expect_kp_counts(pid: PidNode, error: float) -> None:
         )
 
 
+def refuse_a_kp(early: Early) -> float | None:
+    """When a node with a kp of 0 has refused one, together with limits; None if it has another kp, or accepts it."""
+    with contextlib.suppress(Fault):
+        leap, _ = turn(early)
+        if abs(leap) < STILL and is_refused(early.node, {"kp": RANGES["kp"][1], "output_min": 2.0, "output_max": 1.0}):
+            return time.monotonic()
+    return None
+
+
+def expect_old_kp(early: Early, refused_at: float) -> None:
+    """A kp that was refused is not used some seconds later, either."""
+    time.sleep(max(0.0, refused_at + MUCH_LATER - time.monotonic()))
+    try:
+        leap, integral = turn(early)
+    except (Crashed, TimedOut):
+        return  # judged by other tests
+    kp = RANGES["kp"][1]
+    if abs(leap) > kp * STILL + integral and early.lives:
+        raise Wrong(
+            f"{time.monotonic() - refused_at:.0f} s after a refused set of kp and of both limits nothing of it may "
+            f"take effect: with a kp of 0, an error that changed by {2 * STILL:g} changed the effort by {leap:.3g}.",
+            f"refused: a kp of {kp}",
+        )
+
+
+def turn(early: Early) -> tuple[float, float]:
+    """By how much the effort changes when the error does, from STILL to -STILL, and the integral's most part in it."""
+    before, after = early.node.send(STILL), early.node.send(-STILL)
+    return after.effort - before.effort, early.given["ki"] * STILL * (after.came - before.sent) * LENIENT
+
+
 def expect_no_slope(pid: PidNode, error: float, gains: Mapping[str, float], bad: dict[str, float]) -> None:
     """A kd of a refused set must not be used, while kd is 0."""
     pid.parameters.set({"kd": 0.0})
@@ -708,7 +796,9 @@ def test_limits_in_order(pid: PidNode, controls: None, rng: random.Random) -> No
     pid.expect_refusal(together, False, output_min=high, output_max=low)
     pid.expect_refusal(together, False, output_max=high + 2.5, output_min=high + 4.0)
     pid.expect_refusal(together, False, output_min=low - 2.5, output_max=low - 4.0)
-    pid.expect_refusal("An output_min above output_max, set together with kp,", False, output_min=high + 1.5, kp=2.0)
+    for gain in RANGES:
+        about = f"An output_min above output_max, set together with {gain},"
+        pid.expect_refusal(about, False, **{"output_min": high + 1.5, gain: 2.0})
     for bad, limits in (
         ("output_max", {"output_min": high, "output_max": high + 2}),
         ("output_min", {"output_min": low - 2, "output_max": low}),
@@ -727,6 +817,8 @@ def test_equal_limits(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.expect_refusal("An output_max equal to output_min", False, output_max=low)
     together = "Setting both limits together, to the same value,"
     pid.expect_refusal(together, False, output_min=low + 1, output_max=low + 1)
+    about = "Setting both limits together, to the same value, and kp as well"
+    pid.expect_refusal(about, False, output_min=low + 1, output_max=low + 1, kp=2.0)
 
 
 @points(0.5, cell="pid-node")
@@ -784,6 +876,9 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     pid.expect_set(about.format("output_max", "above", "output_min"), output_max=low + 1.5)
     pid.expect_set("The value that output_max already has, set again,", output_max=low + 1.5)
     pid.expect_set("An output_max a little above the stored output_min,", output_max=low + JUST)
+    if accepts_one(pid, {"kp": 1.5}):  # or else other tests judge it
+        pid.expect_set("An output_max above the stored output_min, set together with kp,", output_max=high, kp=2.0)
+        pid.expect_set("An output_min below the stored output_max, set together with kp,", kp=1.0, output_min=low + 1.5)
 
 
 def expect_accepting(pid: PidNode, **values: float) -> None:
@@ -819,7 +914,8 @@ def test_nan_limits(pid: PidNode, controls: None, rng: random.Random) -> None:
     for name, other, value in (("output_min", "output_max", high + 1), ("output_max", "output_min", low - 1)):
         pid.expect_refusal(f"NaN as {name}", False, **{name: math.nan})
         pid.expect_refusal(f"NaN as {name}, set together with {other},", False, **{name: math.nan, other: value})
-        pid.expect_refusal(f"NaN as {name}, set together with kp,", False, **{name: math.nan, "kp": 2.0})
+        for gain in RANGES:
+            pid.expect_refusal(f"NaN as {name}, set together with {gain},", False, **{name: math.nan, gain: 2.0})
     pid.expect_refusal("NaN as both limits", False, output_min=math.nan, output_max=math.nan)
 
 
@@ -842,8 +938,11 @@ def test_limits_together(pid: PidNode, controls: None, rng: random.Random) -> No
 
 @points(5, cell="pid-node")
 @twice
-def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> None:
+def test_all_or_nothing(pid: PidNode, early: Early | None, controls: None, rng: random.Random) -> None:
     """A refused set, of one parameter or of several, changes nothing at all."""
+    if early and not early.lives:  # again in the second run: the mistake shows once
+        early = meet_early(early.node)
+    refused_at = refuse_a_kp(early) if early else None
     gains = {"kp": rng.randrange(10, 20) / 2, "ki": rng.randrange(4, 8) / 2}
     error = rng.randrange(5, 10) / 8
 
@@ -909,6 +1008,9 @@ def test_all_or_nothing(pid: PidNode, controls: None, rng: random.Random) -> Non
         expect_no_late_change(pid, fill, error, {name: gain / 8 for name, gain in gains.items()} | several[0])
         with on_wrong(pid.end):  # once more, from a start of its own: the mistake shows once
             expect_kp_counts(pid, error)
+    if early and refused_at is not None:
+        with on_wrong(early.node.end):
+            expect_old_kp(early, refused_at)
     if not refused:
         raise Wrong(
             "A set of several parameters must be refused when one of its values is bad: "
@@ -1014,6 +1116,19 @@ def test_nothing_else_starts_it_again(pid: PidNode, early: Early | None, control
     expect_no_less(pid, error, last, same)
     pid.parameters.set_together({"kd": 0.5, "ki": ki})
     expect_no_less(pid, error, last, same)
+    try:
+        for simulated in (True, False):
+            last = pid.send(error)
+            pid.parameters.set({"use_sim_time": simulated})
+            answer = pid.send(error)
+            if 0 < answer.effort < last.effort - ROUNDING:  # below 0 by another clock, which another test judges
+                raise Wrong(
+                    "After use_sim_time was set, the integral must continue from where it was: the same error again "
+                    f"was answered with {answer.effort:.3g}, and before it with {last.effort:.3g}.",
+                    f"{simulated}: {last} then {answer}",
+                )
+    finally:
+        pid.parameters.set({"use_sim_time": False})
 
     if early and not early.lives:  # again in the second run: the mistake shows once
         early = meet_early(early.node)

@@ -1071,7 +1071,7 @@ WRONG = {
         {"integral"},
     ),
     "a ki that is changed by little leaves the integral": (
-        node(("param.value != self.ki:", "abs(param.value - self.ki) > 0.2:")),
+        node(("param.value != self.ki:", "abs(param.value - self.ki) > 0.001:")),
         {"ki_starts_the_integral_again"},
     ),
     "limits above 1e7 are refused": (
@@ -1605,14 +1605,14 @@ WRONG = {
         {"derivative", "launch_values_are_used"},
     ),
     "a step of a second at most": (
-        node(("else now - self.last_time", "else min(1.0, now - self.last_time)")),
+        node(("self.integral += error * step", "self.integral += error * min(step, 1.0)")),
         {"integral"},
     ),
     "a step of more than a second counts as none": (
         node(
             (
                 "        self.integral += error * step\n",
-                "        step = step if step <= 1.0 else 0.0\n        self.integral += error * step\n",
+                "        self.integral += error * step if step <= 1.0 else 0.0\n",
             )
         ),
         {"integral"},
@@ -1657,6 +1657,91 @@ WRONG = {
                 "            self.frozen = self.value('kp')\n            return SetParametersResult(\n" + REASON,
             ),
             ("(self.value('kp') * error", "((self.value('kp') if self.frozen is None else self.frozen) * error"),
+        ),
+        {"all_or_nothing"},
+    ),
+    "no slope in a step of more than a second": (
+        node(("if step > 0.0 else", "if 0.0 < step <= 1.0 else")),
+        {"derivative"},
+    ),
+    "the first effort is by the kp of the start": (
+        node(
+            (READY, "        self.first = self.value('kp')\n" + READY),
+            ("(self.value('kp') * error", "((self.value('kp') if step > 0.0 else self.first) * error"),
+        ),
+        {"new_gain"},
+    ),
+    "limits must be more than 1e-7 apart": (
+        node((RULE, "if not limits['output_max'] - limits['output_min'] > 1e-7:")),
+        {"one_limit"},
+    ),
+    "limits that are not in order are accepted together with kd": (
+        node((RULE, RULE.removesuffix(":") + " and 'kd' not in {param.name for param in params}:")),
+        {"limits_in_order", "nan_limits"},
+    ),
+    "one limit is refused when a gain is set with it": (
+        node(
+            (
+                CHECK,
+                "        if {p.name in limited for p in params} == {True, False} and len(params) == 2:\n"
+                "            return SetParametersResult(successful=False, reason='one by one')\n" + CHECK,
+            ),
+            (
+                "    def check_parameters(self, params):\n",
+                "    def check_parameters(self, params):\n        limited = 'output_min', 'output_max'\n",
+            ),
+        ),
+        {"one_limit"},
+    ),
+    "the integral takes a small error for none": (
+        node(("self.integral += error * step", "self.integral += error * step if abs(error) >= 0.01 else 0.0")),
+        {"integral"},
+    ),
+    "limits may be equal when kp is set with them": (
+        node(
+            (
+                RULE,
+                "if {p.name for p in params} == {'kp', *limits} and limits['output_min'] == limits['output_max']:\n"
+                "            return SetParametersResult(successful=True)\n        " + RULE,
+            )
+        ),
+        {"equal_limits"},
+    ),
+    "use_sim_time starts the integral again": (
+        node(
+            (
+                RESET,
+                """            if param.name == 'use_sim_time' or param.name == 'ki' and param.value != self.ki:
+                self.ki, self.integral = self.value('ki'), 0.0
+""",
+            )
+        ),
+        {"nothing_else_starts_it_again"},
+    ),
+    "the integral stays within a million": (
+        node(("self.integral += error * step", "self.integral = max(-1e6, min(1e6, self.integral + error * step))")),
+        {"integral"},
+    ),
+    "an error above a million counts as a million": (
+        node(("error, now = msg.data", "error, now = max(-1e6, min(1e6, msg.data))")),
+        {"integral"},
+    ),
+    "a kp of a refused set of limits is used 3 s later": (
+        node(
+            (READY, "        self.late = None\n" + READY),
+            (
+                "            return SetParametersResult(\n" + REASON,
+                (
+                    "            wanted = {param.name: param.value for param in params}\n"
+                    "            if 'kp' in wanted:\n"
+                    "                self.late = time.monotonic() + 3.0, wanted['kp']\n"
+                    "            return SetParametersResult(\n" + REASON
+                ),
+            ),
+            (
+                "(self.value('kp') * error",
+                "((self.late[1] if self.late and now > self.late[0] else self.value('kp')) * error",
+            ),
         ),
         {"all_or_nothing"},
     ),
