@@ -122,8 +122,10 @@ class PidNode(TopicProgram):
         self.bench.hide(*values.values())
         everything = {"kp": 0.0, "ki": 0.0, "kd": 0.0} | WIDE | values
         if self.gains_by_launch:
-            self.args = ("--ros-args", *launch_arguments(everything))
-            self.forget()
+            args = "--ros-args", *launch_arguments(everything)
+            if args != self.args or not self.fresh:  # or else it has just been started so, and got no error yet
+                self.args = args
+                self.forget()
         answers = self.store(everything)
         got = self.get()
         for name in RANGES:
