@@ -10,11 +10,25 @@ from autograder.hidden.ai_integration.rooms import KINDS
 from autograder.suitekit import Bench, Renamed
 from autograder.suitekit.fixtures import used
 
+RULES = (
+    ((0.2, 0.4), (0.5, 0.8)),
+    ((2.0, 4.0), (2.0, 4.0)),
+    ((2.0, 4.0), (0.7, 0.9)),
+)  # m: of each rule a front and right
+
 
 @pytest.fixture(scope="session")
 def agent(bench: Bench) -> Agent:
     """The agent by itself."""
     return Agent(bench)
+
+
+@pytest.fixture(scope="session")
+def patient(bench: Bench, agent: Agent) -> Agent:
+    """The agent by itself, which is asked for the same distances for some seconds, from the beginning on."""
+    rng = bench.random("patient")
+    agent.begin_long(*((round(rng.uniform(*front), 3), round(rng.uniform(*right), 3)) for front, right in RULES))
+    return agent
 
 
 @pytest.fixture(scope="session")
@@ -63,6 +77,8 @@ def by_the_wall(bench: Bench, renamed: Renamed) -> Follower:
 def begun(request: pytest.FixtureRequest) -> None:
     """Have all nodes start at once that a test uses."""
     names = used(request)
+    if "patient" in names:
+        request.getfixturevalue("patient")
     nodes = [request.getfixturevalue("follower")] if "follower" in names else []
     nodes += request.getfixturevalue("drivers").values() if "drivers" in names else ()
     for node in nodes:

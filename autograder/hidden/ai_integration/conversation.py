@@ -64,7 +64,10 @@ WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
 DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
 
+LONG_ENOUGH = 2.5  # s, in which a robot decides again and again on the same
+
 NEXT = 3  # periods after a scan in which it is fresh whatever the phase of the node's timer
+FINE = 0.025  # s of simulated time between two ticks, where a period is too long
 TRIES = 6  # ticks until a node must have done what a scan asks for
 STAYS = 4  # commands that must then be the same
 MORE_TRIES, MORE_STAYS = 30, 11  # the same for a node that cannot be asked, and may have old ticks to work off
@@ -73,6 +76,8 @@ SETTLING = 0.5  # s of real time before a rate is measured: discovery, and the c
 MEASURED = 2.5  # s of real time in which it is measured: 25 commands, of which a busy machine delays a few
 FEWEST = 3  # commands that have a rate
 FASTEST, FASTEST_TURN = 10.0, 100.0  # m/s and rad/s that no such robot drives
+
+SILENT = 2.0  # s of real time without a command in which a node that keeps its own time sends twenty
 
 DRIVING = 1.0  # s of real time with scans, until a node certainly drives
 DRIVING_HERTZ = 20.0  # scans a second then
@@ -130,24 +135,45 @@ class Agent:
         The `last` so many are asked several `times` each, the last time after a `pause` (s), and what it decides then
         is what counts.
         """
-        for distances in asked:
-            self._bench.hide(*(value for value in distances if math.isfinite(value)))
-        questions = json.dumps(
+        questions = [
+            _question(distances, times=times if often else 1, pause=pause if often else 0.0)
+            for number, distances in enumerate(asked)
+            for often in [number >= len(asked) - last]
+        ]
+        return self._answers(self._begin(questions, ros), len(asked), ros)
+
+    def begin_long(self, *asked: tuple[float, float]) -> None:
+        """Begin to ask for each front and right (m) again and again, an agent of its own each; see `finish_long`."""
+        self._asked = len(asked)
+        self._long = self._begin(
             [
-                {"front": front, "right": right, "times": times if often else 1, "pause": pause if often else 0.0}
-                for number, (front, right) in enumerate(asked)
-                for often in [number >= len(asked) - last]
+                _question(distances, pause=PERIOD if each == 0 else 0.0, agent=each)
+                for _ in range(round(LONG_ENOUGH / PERIOD))
+                for each, distances in enumerate(asked)
             ]
         )
+
+    def finish_long(self) -> list[tuple[Command, ...]]:
+        """What it decides for each front and right that `begin_long` asks for, in turn."""
+        answers = self._answers(self._long, self._asked * round(LONG_ENOUGH / PERIOD))
+        return [tuple(answers[each :: self._asked]) for each in range(self._asked)]
+
+    def _begin(self, questions: Sequence[Mapping[str, float]], ros: bool = True) -> Run:
+        """Start the program that asks these."""
+        self._bench.hide(*(one[name] for one in questions for name in SECTORS if math.isfinite(one[name])))
 
         def start() -> Program:
             domain, mode = self._bench.new_domain(), "ros" if ros else "no-ros"
             files = laid(ASK) | stand_in(self._bench.files)
-            program = self._bench.start(ASK, mode, questions, domain=domain, files=files, afresh=not ros)
+            program = self._bench.start(ASK, mode, json.dumps(questions), domain=domain, files=files, afresh=not ros)
             program.name = AGENT
             return program
 
-        program = Run(AGENT, start, self._bench.clock).finish("with a few distances" if ros else "without ROS 2")
+        return Run(AGENT, start, self._bench.clock)
+
+    def _answers(self, run: Run, number: int, ros: bool = True) -> list[Command]:
+        """What the program has said, when it has ended: so many decisions."""
+        program = run.finish("with a few distances" if ros else "without ROS 2")
         said, odd, no_floats, of_ros = (
             [line.removeprefix(about) for line in program.output.splitlines() if line.startswith(about)]
             for about in ("answers: ", "odd: ", "no floats: ", "of ROS: ")
@@ -158,9 +184,9 @@ class Agent:
             answers = [Command(float(linear), float(angular)) for linear, angular in json.loads(said[-1])]
         except (IndexError, TypeError, *UNREADABLE):
             answers = []
-        if len(answers) != len(asked):
+        if len(answers) != number:
             did = f"it returned {odd[-1]}" if odd else f"{AGENT} ended before decide_action had returned"
-            raise Wrong(f"decide_action must return a dict with the numbers 'linear' and 'angular': {did}.", asked)
+            raise Wrong(f"decide_action must return a dict with the numbers 'linear' and 'angular': {did}.", said)
         return answers
 
     def expect(self, *cases: tuple[float, float, Command, str]) -> None:
@@ -172,6 +198,11 @@ class Agent:
                     f"{about}, the agent must {words(wanted)}; it said {said(answer)}.",
                     f"front {front}, right {right}: {answer}",
                 )
+
+
+def _question(distances: tuple[float, float], times: int = 1, pause: float = 0.0, agent: int = 0) -> dict[str, float]:
+    """One question of the program that asks the agent."""
+    return {**dict(zip(SECTORS, distances, strict=True)), "times": times, "pause": pause, "agent": agent}
 
 
 def words(command: Command) -> str:
@@ -287,6 +318,47 @@ class Follower(TopicProgram):
             return commands if alive() and commands else None
 
         return self.ask(look)[-1] == STOP
+
+    def drives_late(self, scan: LaserScan, simulated: float, real: float) -> bool:
+        """Whether it still drives when its last scan is older than so many s, by simulated time and by the wall clock.
+
+        Tried with each phase of its timer. That the wall clock makes no difference is looked at only when it drives.
+        """
+        for _ in range(round(PERIOD / FINE)):
+            if self._drives_after(scan, simulated):
+                self.tick(period=FINE, wait=False)  # to be in the same phase again
+                return self._drives_after(scan, simulated, real)
+        return False
+
+    def _drives_after(self, scan: LaserScan, simulated: float, real: float = 0.0) -> bool:
+        """Whether it drives in the period after the scan has become so old; false when it cannot be asked."""
+        self.expect_driving(scan, "With a fresh scan")
+
+        def look(limit: float, alive: Alive) -> bool | None:
+            self.tick(scan, FINE, wait=False)
+            wait_until(lambda: not alive(), real)  # it has certainly seen the scan
+            for _ in range(round(simulated / FINE)):
+                self.tick(period=FINE, wait=False)
+            wait_until(lambda: not alive(), real)  # and sent the commands of this time
+            before = len(self.commands.heard)
+            for _ in range(round(PERIOD / FINE)):
+                self.tick(period=FINE, wait=False)
+            drives = any(command != STOP for command in commands_of(self.commands.heard[before:]))
+            return (drives and self._time.can_be_asked) if alive() else None
+
+        return self.ask(look)
+
+    def says_nothing(self) -> bool:
+        """Whether it sends no command while simulated time moves on, nor in some seconds of real time."""
+
+        def listen(limit: float, alive: Alive) -> bool | None:
+            before = len(self.commands.heard)
+            for _ in range(STAYS):
+                self.tick(wait=False)
+            came = self.commands.wait(lambda heard: heard[before:], self.allow(SILENT), alive)
+            return not came if alive() else None
+
+        return self.ask(listen)
 
     def tick(self, scan: LaserScan | None = None, period: float = PERIOD, wait: bool = True) -> list[Command]:
         """Move simulated time on by `period` s, with a scan just before; the commands that came of it.

@@ -18,6 +18,7 @@ from sensor_msgs.msg import LaserScan
 from autograder.errors import Fault
 from autograder.hidden.ai_integration.conversation import (
     BOTH,
+    LONG_ENOUGH,
     NEXT,
     OPPOSITE,
     PERIOD,
@@ -40,24 +41,27 @@ EDGES = ((-25.0, -40.0), (25.0, -80.0))  # degrees: an edge of the front and one
 BEHIND = (100.0, 170.0)  # degrees: behind it on the left, far from both sectors
 MORE_THAN_MAX = MAX + 5.0  # m
 A_MILLIMETRE = 0.01  # m/s and rad/s: more than the difference that it makes to a decision
+MANY = 3600  # beams, ten in a degree
 SOME = 0.5  # the share of a sector's beams that have a special value
 
 LONG = 150  # decisions in a row: a robot makes so many in 15 s
 A_WHILE = 0.35  # s, in which a robot makes three decisions or four
 
 FIRST_TICKS = 6  # before the first scan
-MORE_TICKS = 32  # before the first scan: with the FIRST_TICKS, more than 3 s of simulated time
+MORE_TICKS = 76  # before the first scan: with the FIRST_TICKS, more than 8 s of simulated time
 LOOKS = Command(0.2, 0.4)  # the speeds of the curve by which a robot looks for a wall, but for their signs
 FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin with any of the ticks
 
 RATE = (9.0, 11.0)  # Hz that pass as 10 Hz
 RATE_SECONDS = 3.0  # of simulated time, in which the rate is measured
 RATE_STEPS = {5: 0.05, 40: 0.025, 0: PERIOD}  # s of simulated time between two ticks while scans come at so many Hz
+SILENCE = 8.0  # s of simulated time without scans, after which commands must still come
 DRIVEN = 0.8  # the share of commands that must be the agent's: the first ones may be older
 
-PAUSES = (1.5, 4.0)  # s of simulated time without scans
+PAUSES = (1.5, 7.0)  # s of simulated time without scans
 PAUSE_COMMANDS = 5  # that must come in each second of it at least, of 10
 FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age is 0.3 or 0.4 s, and 0.5 or 0.6 s
+TOO_OLD = 0.65  # s of simulated time: 0.5 s, a period of the timer, and how much later a scan may seem to have come
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
 RULES = 3  # of the agent
@@ -100,8 +104,10 @@ def test_wall_ahead(agent: Agent, rng: random.Random) -> None:
     agent.expect(
         *case(rng.uniform(0.2, 0.45), rng.uniform(0.3, 0.5), about.format("one near on the right")),
         *case(rng.uniform(0.2, 0.45), 8.0, about.format("none near on the right")),
+        *case(rng.uniform(0.2, 0.45), INF, about.format("nothing on the right")),
         *case(rng.uniform(0.2, 0.45), rng.uniform(1.5, 3.0), about.format("one far away on the right")),
         *case(rng.uniform(0.46, 0.499), rng.uniform(0.5, 0.7), about.format("one on the right")),
+        *case(0.499, rng.uniform(0.5, 0.7), about.format("one on the right")),
         *case(0.0, rng.uniform(0.7, 0.9), about.format("the robot touching it")),
     )
 
@@ -114,6 +120,7 @@ def test_looks_for_a_wall(agent: Agent, rng: random.Random) -> None:
         *case(INF, INF, about.format("nothing on the right")),
         *case(rng.uniform(2.0, 4.0), rng.uniform(1.3, 2.0), about.format("a wall on the right, farther than 1.2 m")),
         *case(rng.uniform(2.0, 4.0), rng.uniform(1.21, 1.3), about.format("a wall on the right, farther than 1.2 m")),
+        *case(rng.uniform(2.0, 4.0), 1.201, about.format("a wall on the right, farther than 1.2 m")),
         *case(rng.uniform(0.6, 0.9), rng.uniform(4.0, 8.0), "With a wall ahead farther than 0.5 m, and none right"),
         *case(rng.uniform(2.0, 4.0), INF, about.format("nothing on the right, again")),
     )
@@ -131,13 +138,14 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
             for right in distances
             for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")
         ),
+        *case(INF, rng.uniform(0.65, 0.75), "With nothing ahead, and a wall near 0.6 m right"),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
         *case(rng.uniform(0.505, 0.54), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
     )
 
 
 @points(1, cell="wall-agent")
-def test_thresholds(agent: Agent, rng: random.Random) -> None:
+def test_thresholds(agent: Agent, patient: Agent, rng: random.Random) -> None:
     """Exactly 0.5 m ahead is not near, and exactly 1.2 m on the right is not lost; each decision stands for itself."""
     near, beside, lost, far = (rng.uniform(*span) for span in ((0.2, 0.28), (0.5, 0.8), (2.0, 4.0), (2.0, 4.0)))
     asked = [(near, beside), (0.5, beside), (0.501, beside), (0.5, lost), (0.501, lost)]
@@ -182,6 +190,14 @@ def test_thresholds(agent: Agent, rng: random.Random) -> None:
                 "The same two distances must lead to the same decision, whatever was decided before: first it said "
                 f"{said(answers[number])}, and after {when} {said(answer)}.",
                 answers,
+            )
+    for decided in patient.finish_long():
+        first, answer = decided[0], next((one for one in decided if not is_close(one, decided[0])), decided[0])
+        if answer != first:
+            raise Wrong(
+                "The same two distances must lead to the same decision, however often: asked for them again and again "
+                f"for {LONG_ENOUGH:g} s, the agent said {said(first)} at first, and later {said(answer)}.",
+                decided,
             )
 
 
@@ -266,7 +282,7 @@ def expect_the_newest(follower: Follower, eye: Eye, rng: random.Random) -> None:
 @twice
 def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -> None:
     """Scanners with fewer and with more than 360 beams a turn, and with two beams."""
-    for beams in (72, rng.choice([180, 240, 300]), 1440):
+    for beams in (72, rng.choice([180, 240, 300]), 1440, MANY):
         scanner = Scanner(beams, eye.scanner.first, math.copysign(360.0 / beams, eye.scanner.step))
         expect_sight(follower, eye, scanner, rng, "a turn of fewer or more than 360 beams")
     front, right = some_distance(rng), some_distance(rng)
@@ -274,7 +290,7 @@ def test_any_number_of_beams(follower: Follower, eye: Eye, rng: random.Random) -
     for _ in range(2 * (sees >= eye.sectors)):  # or else another test judges it
         front, right = some_distance(rng), some_distance(rng)
         scan = scanner.look(rng, front=front, right=right)
-        about = "With a scanner that has 1440 beams a turn, one of which sees the nearest obstacle"
+        about = f"With a scanner that has {MANY} beams a turn, one of which sees the nearest obstacle"
         follower.expect(scan, front, right, about, eye.sectors)
     if follower.reads(BESIDE, eye, "beside"):  # or else another test judges it
         expect_sight(follower, eye, two_beams(eye), rng, "two beams, one ahead and one on the right")
@@ -415,6 +431,8 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
         step = RATE_STEPS[hertz]
         commands = follower.simulate(RATE_SECONDS, step, scans_at(hertz, step, scans))
         rate = len(commands) / RATE_SECONDS
+        if is_right(rate) and not hertz:
+            expect_no_end(follower)
         if not is_right(rate):
             rate, commands = by_the_wall.rate(near, hertz)
             if not hertz and rate > RATE[0]:
@@ -428,6 +446,17 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
                 "that is 0.2 s old is fresh.",
                 commands,
             )
+
+
+def expect_no_end(follower: Follower) -> None:
+    """Commands must go on to come, however long no scan has come; the node goes by simulated time."""
+    follower.simulate(SILENCE - RATE_SECONDS - 1.0, PERIOD, lambda tick: None)
+    if not follower.simulate(1.0, PERIOD, lambda tick: None) and follower.says_nothing():
+        follower.renew()  # so that the mistake shows in the second run, too
+        raise Wrong(
+            f"Commands must be published at 10 Hz also while no scans come: {SILENCE:g} s of simulated time after the "
+            "last scan no command came any more."
+        )
 
 
 def seen(rng: random.Random) -> LaserScan:
@@ -461,6 +490,11 @@ def test_stops(follower: Follower, by_the_wall: Follower, rng: random.Random) ->
                 break  # by its own time, one takes long enough
             expect_driving_by_one_scan(follower, scan)
             follower.expect_driving(scan, "When scans come again after a pause")
+        if follower.drives_late(scan, TOO_OLD, LATEST_STOP):
+            raise Wrong(
+                "When no scan has come for 0.5 s, every command until the next scan must be a zero Twist: it was "
+                f"driving more than {TOO_OLD} s after it, in simulated time as by the wall clock."
+            )
 
 
 def expect_driving_by_one_scan(follower: Follower, scan: LaserScan) -> None:

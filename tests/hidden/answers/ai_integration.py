@@ -1114,12 +1114,12 @@ WRONG = {
         ),
         {"sectors"},
     ),
-    "looks for a wall, 3 s after the start and without a scan": (
+    "looks for a wall, 6 s after the start and without a scan": (
         node(
             (
                 "        if self.scan_is_fresh():\n",
                 """        self.started = getattr(self, 'started', None) or self.get_clock().now()
-        if self.scan_time is None and self.get_clock().now() - self.started > Duration(seconds=3):
+        if self.scan_time is None and self.get_clock().now() - self.started > Duration(seconds=6):
             cmd.linear.x, cmd.angular.z = 0.2, -0.4
         if self.scan_is_fresh():
 """,
@@ -1127,17 +1127,64 @@ WRONG = {
         ),
         {"stands_before_the_first_scan"},
     ),
-    "looks for a wall, 3.5 s after the last scan": (
+    "looks for a wall, 6 s after the last scan": (
         node(
             (
                 "        if self.scan_is_fresh():\n",
-                """        if self.scan_time and self.get_clock().now() - self.scan_time > Duration(seconds=3.5):
+                """        if self.scan_time and self.get_clock().now() - self.scan_time > Duration(seconds=6):
             cmd.linear.x, cmd.angular.z = 0.2, -0.4
         if self.scan_is_fresh():
 """,
             )
         ),
         {"stops"},
+    ),
+    "a scan is used until it is 0.7 s old": (node(("seconds=0.5", "seconds=0.7")), {"stops"}),
+    "silent 4 s after the last scan": (
+        node(
+            (
+                "        self.cmd_vel_pub.publish(cmd)\n",
+                """        if self.scan_time and self.get_clock().now() - self.scan_time > Duration(seconds=4):
+            return
+        self.cmd_vel_pub.publish(cmd)
+""",
+            )
+        ),
+        {"rate"},
+    ),
+    "at most 2000 beams": (
+        node(("np.array(scan.ranges, dtype=float)", "np.array(scan.ranges[:2000], dtype=float)")),
+        {"any_number_of_beams"},
+    ),
+    "turns from 0.499 m on": (agent(("front < 0.5", "front < 0.499")), {"wall_ahead"}),
+    "turns only where something is on the right": (
+        agent(("if front < 0.5:", "if front < 0.5 and right != float('inf'):")),
+        {"wall_ahead"},
+    ),
+    "looks for a wall from 1.205 m on": (agent(("right > 1.2", "right > 1.205")), {"looks_for_a_wall"}),
+    "drives straight on where nothing is ahead": (
+        agent(
+            (
+                "        angular = 1.5",
+                """        if front == float('inf'):
+            return {'linear': 0.3, 'angular': 0.0}
+        angular = 1.5""",
+            )
+        ),
+        {"keeps_its_distance"},
+    ),
+    "turns for 2 s at most": (
+        agent(
+            ("from enum import Enum\n", "import time\nfrom enum import Enum\n"),
+            ("        self.state = State.STOPPED\n", "        self.state, self.since = State.STOPPED, None\n"),
+            (
+                "        if front < 0.5:\n",
+                """        self.since = (self.since or time.time()) if front < 0.5 else None
+        if front < 0.5 and time.time() - self.since < 2.0:
+""",
+            ),
+        ),
+        {"thresholds"},
     ),
     "turns for 0.3 s at most": (
         agent(
