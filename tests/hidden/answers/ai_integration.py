@@ -432,7 +432,7 @@ ROOMS = {"hall", "block", "bend"}
 USABLE = "usable = np.isinf(ranges) | (ranges >= scan.range_min) & (ranges <= scan.range_max)"
 STALE = "return self.get_clock().now() - self.scan_time <= FRESH"
 WRAPPED = "degrees = np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)"
-RULES = {"looks_for_a_wall", "keeps_its_distance"}  # that the course's agents do not have
+RULES = {"wall_ahead", "looks_for_a_wall", "keeps_its_distance"}  # that the course's agents do not have
 VALUES = {"no_return_and_touching", "no_measurements"}
 TIMING = {"stands_before_the_first_scan", "rate", "stops"}
 EVERYTHING = {test.id.removeprefix("test_") for test in exercises.load("ai_integration").tests}
