@@ -690,7 +690,7 @@ STARTS_LATER = """
             "lift_server.py",
             "self.get_parameter('top').value",
             "9",
-            "with the parameter top at 2, a goal for [3] must be rejected, and was accepted",
+            "with the parameter top at 1, a goal for [2] must be rejected, and was accepted",
         ),
         each_night(
             "actions",
@@ -1065,6 +1065,38 @@ STARTS_LATER = """
                 "        self.effort_pub ="
             ),
             "a refused set of joint_name changed the integral: ",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "0 <= floor <= top for",
+            "0 <= floor <= (9 if top == 9 else top - 1) for",
+            "with the parameter top at 1, a goal for [1] must be accepted, and was rejected",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "time.sleep(period)",
+            "time.sleep(0.25)",
+            "started with a step_period of 0.5, its first step was reported after 0.2",
+        ),
+        (
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        return GoalResponse.REJECT\n",
+            "        self.blocked = False\n        return GoalResponse.REJECT\n",
+            "with a blocked shaft, after a goal that was rejected, a new goal ended as succeeded, not as aborted",
+        ),
+        each_night(
+            "actions",
+            "lift-server",
+            "lift_server.py",
+            "        stops, left = [],",
+            "        self.floor = 0\n        stops, left = [],",
+            "the cabin keeps its place from goal to goal: ",
         ),
         (
             "ai_integration",
