@@ -501,7 +501,7 @@ ONE_LOCK_FOR_ALL = (
 )
 
 
-@pytest.mark.matrix  # test_a_task_on_the_page_names_the_line_that_blocks
+@pytest.mark.matrix  # test_a_task_on_the_page_names_what_makes_others_wait
 def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the_right_answer(empty):
     """What a check that failed has left does not count the steps of the next one, too."""
     right = answers.solution("actions")
@@ -579,6 +579,15 @@ PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
     async def probe(self):
         if self.client.service_is_ready():
             await self.client.call_async(AddTwoInts.Request())
+"""
+GIVES_UP = """        future, given_up = self.client.call_async(AddTwoInts.Request(a=a, b=b)), rclpy.task.Future()
+        timer = self.create_timer(3.0, given_up.cancel, callback_group=self.client.callback_group)
+        future.add_done_callback(lambda future: given_up.set_result(future.result()))
+        answer = await given_up
+        self.destroy_timer(timer)
+        if answer is None:
+            response.message = 'too slow'
+            return response
 """
 KEPT = """        self.kept = getattr(self, 'kept', {})
         if (a, b) not in self.kept:
@@ -1106,6 +1115,17 @@ STARTS_LATER = """
             "{'linear': 0.3, 'angular': 1.5 * (0.6 - self.distances['right'])}",
             "wall_follower.py must ask its agent: nothing in it calls `decide_action`",
         ),
+        (
+            "services",
+            "relay",
+            "relay.py",
+            "{answer.sum}'",
+            "{float(answer.sum)}'",
+            ". The sum is 9007199254740993, and the message must have all its digits: a float has not so many",
+        ),
+        each_night(
+            "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 3.5 s, and the relay gave up before that: "
+        ),
         each_night(
             "ai_integration",
             "wall-follower",
@@ -1235,12 +1255,29 @@ BLOCKS = (
 )
 
 
-def test_a_task_on_the_page_names_the_line_that_blocks(empty, capfd):
+AWAITS_IN_THE_DEFAULT_GROUP = (
+    ("def sum_twice", "async def sum_twice"),
+    (BLOCKS[-1][0], "response.sum = (await self.client.call_async(request)).sum"),
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (BLOCKS, "in sum_twice\n    response.sum = self.client.call(request).sum"),
+        (AWAITS_IN_THE_DEFAULT_GROUP, "\n/sum_twice is in a group that lets one callback run at a time: "),
+        (
+            (*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]),
+            "\n/sum_twice is in a group that lets one callback run at a time: ",
+        ),
+    ],
+)
+def test_a_task_on_the_page_names_what_makes_others_wait(empty, capfd, changes, says):
     page = nbformat.read(NOTEBOOKS / "services" / "services.ipynb", 4)
     known = {cell["id"]: cell["source"] for cell in page.cells}
     held = next(text for text in known.values() if "class Held(" in text)
     stub = known["twice-stub"]
-    for old, new in BLOCKS:
+    for old, new in changes:
         assert old in stub
         stub = stub.replace(old, new)
     names: dict[str, object] = {"ros": live.live()}
@@ -1255,4 +1292,4 @@ def test_a_task_on_the_page_names_the_line_that_blocks(empty, capfd):
         exec(compile(text, name, "exec"), names)
     told = capfd.readouterr().out
     assert "/held_sum must be asked twice, and was asked 1 times\n" in told
-    assert "in sum_twice\n    response.sum = self.client.call(request).sum" in told
+    assert says in told
