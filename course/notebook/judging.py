@@ -76,6 +76,7 @@ ONE_AT_A_TIME = (
 )
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
+BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
 
 
@@ -148,6 +149,16 @@ class Alone:
         why = why or process.endless_wait()
         self._where, self._why = busy(process), why and f"\n{why}"
         process.stop()
+
+    def has_a_limit(self) -> None:
+        """Raise ExerciseError at once if the program waits without a limit, so that it will not end by itself."""
+        process = self._process
+        why = process.endless_wait() if process else ""
+        if process is None or not why or THREADS.search(process.source):
+            return
+        if not live().until(lambda: process.ended, BETWEEN) and process.endless_wait() == why:
+            self._end(process, why)
+            self.gives_up()
 
     def gives_up(self) -> None:
         """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0."""
@@ -319,6 +330,19 @@ def why_silent(file: str) -> str:
     return (
         f"\n{file}, line {sent.lineno}, sends the request, but nothing in the file spins the node, so the response "
         "is never received: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
+    )
+
+
+def no_feedback(file: str) -> str:
+    """Return lines about a client that sends goals without a `feedback_callback`; '' if it may hear feedback."""
+    source = text_at(Path(file))
+    sent = list(calls(parse_program(source), "send_goal_async"))
+    given = (argument(call, 1, "feedback_callback") or any(not each.arg for each in call.keywords) for call in sent)
+    if not sent or any(given) or "/feedback" in source:
+        return ""
+    return (
+        f"\n{frame_at(file, sent[0].lineno, source)}\nFeedback comes to the function that is given here: "
+        "`send_goal_async(goal, feedback_callback=...)`."
     )
 
 

@@ -1126,6 +1126,57 @@ STARTS_LATER = """
         each_night(
             "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 3.5 s, and the relay gave up before that: "
         ),
+        (
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "request.a * request.b",
+            "round(request.a * request.b, 9)",
+            "2e-06 multiply 3e-06 gave 0.0",
+        ),
+        each_night(
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "request.a * request.b\n",
+            "request.a * request.b\n            self.whole = int(response.result)\n",
+            "OverflowError: cannot convert float infinity to integer",
+        ),
+        each_night(
+            "calculator",
+            "calculator-server",
+            "calculator_server.py",
+            "        response.success = True\n",
+            (
+                "        response.success = not getattr(self, 'nothing', False)\n"
+                "        self.nothing = request.operation == ''\n"
+            ),
+            "after the refusal of 1.0 '' 2.0, 15.5 add 3.2 was answered with success=False",
+        ),
+        each_night(
+            "calculator",
+            "calculator-client",
+            "calculator_client.py",
+            "        a, b = float(a), float(b)\n    except ValueError:\n        print(USAGE)\n        return 2\n",
+            "    except ValueError:\n        print(USAGE)\n        return 2\n    a, b = float(a), float(b)\n",
+            "x 2 add: x is no number, and it must print the usage:\nTraceback",
+        ),
+        each_night(
+            "calculator",
+            "calculator-client",
+            "calculator_client.py",
+            "a, b, operation = remove",
+            "a, b, operation, *_ = remove",
+            "1 2 add 3 is one argument too many",
+        ),
+        each_night(
+            "calculator",
+            "calculator-client",
+            "calculator_client.py",
+            "{response.result}'",
+            "{response.result:.3g}'",
+            "1015.5 3.2 add: the result must have its first decimal, 1018.7\n",
+        ),
         each_night(
             "ai_integration",
             "wall-follower",
