@@ -1178,6 +1178,14 @@ STARTS_LATER = """
             "1015.5 3.2 add: the result must have its first decimal, 1018.7\n",
         ),
         each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "self.value('kp') *",
+            "(1.0 if self.value('output_max') == 3.0 else self.value('kp')) *",
+            "started with kp:=2.0, output_min:=1.0, output_max:=3.0, an error of ",
+        ),
+        each_night(
             "ai_integration",
             "wall-follower",
             "wall_follower.py",
