@@ -1177,6 +1177,22 @@ STARTS_LATER = """
             "{response.result:.3g}'",
             "1015.5 3.2 add: the result must have its first decimal, 1018.7\n",
         ),
+        (
+            "ai_integration",
+            "wall-agent",
+            "wall_agent.py",
+            "from enum import",
+            "from geometry_msgs.msg import Twist  # noqa\nfrom enum import",
+            "must import nothing of ROS, and not course: it imports geometry_msgs",
+        ),
+        each_night(
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "Duration(seconds=0.5)",
+            "Duration(seconds=0.85)",
+            "a scan may be used until it is 0.5 s old, and it drove on for 0.",
+        ),
         each_night(
             "parameters",
             "pid-node",
