@@ -24,6 +24,7 @@ from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
 from course.notebook.file_differences import last_written, only_in_the_file, remember, remember_refused
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
+from course.session.slips import else_if
 
 ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
 
@@ -160,8 +161,9 @@ def _check_syntax(path: Path, cell: str) -> None:
         number = error.lineno or 0
         # Python would read the line from the file, which still has the old text.
         quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
+        meant = f"\nHint: {why}" if (why := else_if(quoted)) else ""
         raise ExerciseError(
-            f"{path.name}, line {number}: {error.msg}: {quoted}\n"
+            f"{path.name}, line {number}: {error.msg}: {quoted}{meant}\n"
             f"Nothing was written: {path.name} is unchanged, and a program that was already running goes on."
         ) from None
 

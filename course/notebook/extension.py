@@ -8,6 +8,7 @@ import ast
 import linecache
 import os
 import re
+import shutil
 import sys
 import threading
 import time
@@ -22,7 +23,8 @@ from course.foundation import cells
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
-from course.session.slips import slips
+from course.session import ros_1
+from course.session.slips import else_if, slips
 from course.session.source import parse
 from course.session.values_seen import misread
 
@@ -238,7 +240,10 @@ def _news_after(result: Any, *_: Any) -> None:
     if result.error_before_exec is None:
         _note_check(cell, passed=bool(result.success))
     if isinstance(result.error_before_exec, SyntaxError):
-        _tell_of_shell(cell)
+        _tell_of_shell(cell, result.error_before_exec)
+    for line in cell.splitlines():
+        if line.startswith("!ros") and (how := ros_1.command(line[1:])) and not shutil.which(line[1:].split()[0]):
+            print(f"Hint: {how}", file=sys.stderr)
     shell = get_ipython()
     for text in (*slips(cell), *(misread(cell, shell.user_ns) if shell else ())):
         print(text, file=sys.stderr)
@@ -251,10 +256,12 @@ def _news_after(result: Any, *_: Any) -> None:
             print(text, file=sys.stderr)
 
 
-def _tell_of_shell(cell: str) -> None:
-    """Tell the reader about a line for a shell in a cell that is not Python."""
+def _tell_of_shell(cell: str, error: SyntaxError) -> None:
+    """Tell the reader about a line for a shell, or of another language, in a cell that is not Python."""
     if found := FOR_A_SHELL.search(cell):
         print(f"Hint: This line is for a shell: in a cell, write it with `!`: `!{found[0].strip()}`", file=sys.stderr)
+    elif how := ros_1.command(error.text or "") or else_if(error.text or ""):
+        print(f"Hint: {how}", file=sys.stderr)
 
 
 def _note_check(source: str, *, passed: bool) -> None:

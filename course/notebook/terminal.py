@@ -17,13 +17,14 @@ from pathlib import Path
 from course.errors import ExerciseError, NodeFailed
 from course.foundation import processes
 from course.foundation.waiting import lookouts, wait_until
+from course.session import ros_1
 from course.session.endless_waits import EndlessSpin
 from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at
 from course.session.guards import say
 from course.session.live import Session, current
 from course.session.logs import node_of_line
 from course.session.offered import strangers
-from course.session.parameter_files import unread_files, unread_words, with_tabs
+from course.session.parameter_files import unparsed, unread_files, unread_words, with_tabs
 from course.session.stacks import Stacks
 
 STYLE = (
@@ -52,7 +53,6 @@ WAITS = b"still waiting; "  # printed by the `ros2` command for a name without a
 CLIENT = re.compile(r"create_client\(|ActionClient\(")
 GOES_ON = re.compile(r"create_service\(|ActionServer\(|create_timer\(|create_subscription\(")
 ENDLESS = re.compile(r"\b(rclpy|\w*executor)\.spin\(")
-OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 
 
 class Terminal:
@@ -151,13 +151,13 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
     try:
         output, status = _run_until(words, timeout, until) if until else _run_to_its_end(words, timeout, failed)
     except FileNotFoundError:
-        return command, f"{words[0]}: command not found", 127
+        return command, "\nHint: ".join(filter(None, (f"{words[0]}: command not found", ros_1.command(command)))), 127
     except PermissionError:
         return command, f"{words[0]}: permission denied", 126
     if "can't open file" in output and (session := current()) and (why := session.elsewhere):
         output = f"{output.rstrip()}\nHint: {why}\n"
-    if rule := OVERRIDE.search(output):
-        output = f"{output.rstrip()}\nHint: A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`\n"
+    if how := unparsed(output):
+        output = f"{output.rstrip()}\nHint: {how}\n"
     if "Cannot have a value before ros__parameters" in output:
         output = (
             f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a blank after the colon, "

@@ -1,9 +1,14 @@
 """Hints on calls of rclpy with too few, too many, wrong or misplaced arguments."""
 
 import ast
+import difflib
+import inspect
 import re
 
-from course.session.source import calls, name_of, parse, without_self
+import rclpy.action
+from rclpy.node import Node
+
+from course.session.source import calls, name_of, named, parse, service_callbacks, without_self
 
 # The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
 MAKERS = {
@@ -24,8 +29,35 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
             names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
             last = call.args[-1] if len(call.args) == 4 and maker == "create_subscription" else None
             if (names and names[0] != place) or isinstance(last, ast.Attribute):
-                return f"The arguments of `{maker}` are in the wrong order: write `{usual}`."
+                in_a_cell = "ros.node" in map(ast.unparse, call.args)
+                right = usual.replace("(self,", "(ros.node,") if in_a_cell else usual
+                return f"The arguments of `{maker}` are in the wrong order: write `{right}`."
     return ""
+
+
+def response_first(source: str) -> str:
+    """Return the hint on a service callback that names its response before its request; '' without one."""
+    tree = parse(source)
+    for function in named(tree, service_callbacks(tree)):
+        names = [each.arg for each in function.args.args]
+        if names[-2:] == ["response", "request"]:
+            right = ", ".join([*names[:-2], "request", "response"])
+            return f"A service callback gets the request first, then the response: `def {function.name}({right})`."
+    return ""
+
+
+OF_RCLPY = {"ActionClient": rclpy.action.ActionClient, "ActionServer": rclpy.action.ActionServer, "Node": Node}
+
+
+def unknown_keyword(found: re.Match[str], source: str) -> str:
+    """Return the hint on an argument that a function of rclpy does not take by this name."""
+    owner, method, name = found.groups()
+    function = getattr(OF_RCLPY.get(owner), method, None)
+    if function is None or "Did you mean" in found.string:
+        return ""
+    takes = [each for each in inspect.signature(function).parameters if each != "self"]
+    near = difflib.get_close_matches(name, takes, 1)
+    return f"Did you mean `{near[0]}=`?" if near else ""
 
 
 def type_of(name: str) -> str:

@@ -19,7 +19,8 @@ from rclpy.node import Node
 
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
-from course.session.arguments import argument_count, order_of_arguments, wrong_kind
+from course.session.arguments import argument_count, order_of_arguments, response_first, unknown_keyword, wrong_kind
+from course.session.endings import around, ended_twice, refused_by_raising
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
     NOT_THERE,
@@ -34,7 +35,10 @@ from course.session.mixups import (
     session_overwritten,
 )
 from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
+from course.session.operands import unfit
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
+from course.session.parameter_files import unparsed
+from course.session.ros_1 import library
 from course.session.slips import methods_asked
 from course.session.source import (
     CALLBACKS,
@@ -52,6 +56,7 @@ from course.session.source import (
     outside_of_its_class,
     parameter_callbacks,
     parse,
+    service_callbacks,
     spins_a_class,
     wrong_return,
 )
@@ -180,6 +185,8 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
 def _unknown_field(found: re.Match[str], source: str) -> str:
     message, part, name = found[1], found[2], found[3]
     fields = _fields(message, part, source)
+    if part in ("Request", "Response") and name not in fields and (swapped := response_first(source)):
+        return swapped
     if (part, name) == ("Goal", "request") and name not in fields:
         return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
@@ -259,8 +266,9 @@ def _imported_before(message: str, part: str, field: str) -> str:
 def _fields(message: str, part: str, source: str) -> list[str]:
     """Return the fields of a type that the program imports, if it is known here."""
     module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
+    known = getattr(sys.modules.get("__main__"), message, None)
     try:
-        kind = getattr(importlib.import_module(module[1]), message) if module else None
+        kind = getattr(importlib.import_module(module[1]), message) if module else known
         return list((getattr(kind, part) if part else kind).get_fields_and_field_types())  # type: ignore[union-attr]
     except (ImportError, AttributeError, TypeError):
         return []
@@ -543,6 +551,15 @@ def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
     return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
 
 
+def _type_for_goal(found: re.Match[str], source: str) -> str:
+    """Return the hint on `Fibonacci(order=5)`, the type of an action or a service in place of its goal or request."""
+    for part in ("Goal", "Request"):
+        if found[2] in _fields(found[1], part, source):
+            what = "an action, and a goal" if part == "Goal" else "a service, and a request"
+            return f"`{found[1]}` is the type of {what} of it is `{found[1]}.{part}({found[2]}=...)`."
+    return ""
+
+
 def _no_instance(found: re.Match[str], source: str, code: str) -> str:
     name = re.search(r"\b([A-Z]\w*)\(", code)
     part = "Request" if found[1] == "Service" else "Goal"
@@ -616,6 +633,33 @@ def _after_the_shutdown(source: str) -> str:
     if not ends or not list(calls(parse(source), "init")):
         return ""
     return f"`{ast.unparse(ends[0])}` in line {ends[0].lineno} has already run: call it when all is done."
+
+
+def _without_a_context(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a spin, or an executor, where rclpy has no context: it is not there yet, or is shut down."""
+    if not re.search(r"\bspin\w*\(|Executor\(", code):
+        return ""
+    if "rclpy.init(" in source:
+        return _after_the_shutdown(source) if _follows_the_shutdown(code, source) else ""
+    made = re.search(r"(\w+Executor)\(", code)
+    if not made or "context=" in code:
+        return ""
+    if "call_async(" in source and around(code, source, service_callbacks(parse(source))):
+        return (
+            "A callback needs no executor of its own to wait for an answer: make it `async def`, and write "
+            "`await client.call_async(...)`."
+        )
+    return f"In a notebook an executor needs the context of the node: `{made[1]}(context=node.context)`."
+
+
+def _follows_the_shutdown(code: str, source: str) -> bool:
+    """Return True if a line stands below the call that shuts rclpy down, in the same function."""
+    for function in around(code, source):
+        ends = [call.lineno for name in ("shutdown", "try_shutdown") for call in calls(function, name)]
+        lines = [number for number, line in enumerate(source.splitlines(), 1) if line.strip() == code.strip()]
+        if any(end < line for end in ends for line in lines):
+            return True
+    return False
 
 
 def _holder(name: str, source: str) -> str:
@@ -893,6 +937,15 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("Call `super().__init__('my_node')` first in `__init__`: until then there is no node."),
     ),
     (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
+    (r"(?:type object '\w+'|'str' object) has no attribute 'default_callback_group'", order_of_arguments),
+    (r"(\w+)\.(\w+)\(\) got an unexpected keyword argument '(\w+)'", unknown_keyword),
+    (r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'", _type_for_goal),
+    (
+        r"^TypeError: RcutilsLogger\.(\w+)\(\) takes 2 positional arguments",
+        lambda found, source: (
+            f"A logger of rclpy takes one text, with the values in it: `{found[1]}(f'... {{value}}')`, for example."
+        ),
+    ),
     (r"Expected QoSProfile or int, but received", order_of_arguments),
     (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
@@ -1003,13 +1056,6 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         ),
     ),
     (
-        r"attempted invalid transition from state (CANCELED|SUCCEEDED|ABORTED) with event",
-        lambda found, source: (
-            f"This goal has already ended, as {found[1].lower()}. After `succeed()`, `canceled()` or `abort()`, leave "
-            "the loop and return the result."
-        ),
-    ),
-    (
         r"First element .* at index 0 in parameters list is not a str",
         _says("The name of the parameter comes first, then its default: `self.declare_parameter('max_speed', 1.5)`."),
     ),
@@ -1093,6 +1139,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         ),
     ),
     (r"name '(\w+)' is not defined", _own_attribute),
+    (r"^TypeError: ", unfit),
+    (r"Couldn't parse (?:parameter override rule|params file)", lambda found, source: unparsed(found.string)),
 )
 
 NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
@@ -1140,6 +1188,10 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     ),
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"^[\w.]+(?::|$)", refused_by_raising),
+    (r"attempted invalid transition from state (\w+) with event (\w+)", ended_twice),
+    (r"^(?:ModuleNotFoundError: No module named|NameError: name) '([\w.]+)'", library),
+    (r"'NoneType' object does not support the context manager protocol", _without_a_context),
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (r"^IndexError", _beam),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),

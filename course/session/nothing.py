@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import itertools
 import re
 import sys
 import textwrap
@@ -85,6 +86,8 @@ def _values(given: ast.expr, source: str, code: str) -> list[ast.expr]:
     if isinstance(given, ast.Call):
         return [given]
     values = list(assigned(given, source))
+    if isinstance(given, ast.Attribute) and (last := _set_just_before(given, source, code)):
+        return [_without_await(last)]
     if isinstance(given, ast.Name):
         lines = source.splitlines()
         around = [
@@ -94,6 +97,21 @@ def _values(given: ast.expr, source: str, code: str) -> list[ast.expr]:
         ]
         values = [each for each in values if not around or any(each[0] in part for part in around)]
     return [_without_await(value) for _, value in values]
+
+
+def _set_just_before(given: ast.Attribute, source: str, code: str) -> ast.expr | None:
+    """Return what the statement before a line assigns to `self.handle`, which the line then uses; None for another."""
+    for node in ast.walk(parse(source)):
+        body = getattr(node, "body", [])
+        for before, after in itertools.pairwise(body if isinstance(body, list) else []):
+            line = source.splitlines()[after.lineno - 1].strip()
+            if (
+                line == code
+                and isinstance(before, ast.Assign)
+                and ast.unparse(given) in map(ast.unparse, before.targets)
+            ):
+                return before.value
+    return None
 
 
 def _without_await(value: ast.expr) -> ast.expr:

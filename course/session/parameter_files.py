@@ -13,6 +13,9 @@ from course.ros.names import base
 
 FLAG, MARK, ROS_ARGS = "--params-file", "ros__parameters", "--ros-args"
 SET = re.compile(r"([\w./]+):=")  # and not `node:name:=value`
+OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
+NO_VALUE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+):='")
+NO_FILE = re.compile(r"Couldn't parse params file: '--params-file (.+?)'. Error: Error opening YAML file")
 MOST = 1_000_000  # bytes of a file that is read
 
 
@@ -47,6 +50,17 @@ def set_parameters(words: Sequence[str]) -> list[str]:
     own = words[words.index(ROS_ARGS) :] if ROS_ARGS in words else []
     found = (SET.match(word) for flag, word in itertools.pairwise(own) if flag in ("-p", "--param"))
     return [each[1] for each in found if each]
+
+
+def unparsed(error: str) -> str:
+    """Return what to write for the part of a command line that rcl could not parse, by its error; '' if unknown."""
+    if rule := OVERRIDE.search(error):
+        return f"A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`"
+    if empty := NO_VALUE.search(error):
+        return f"The value follows `:=` without a blank: `-p {empty[1]}:=2.0`, for example."
+    if missing := NO_FILE.search(error):
+        return f"There is no file {missing[1]} in the folder {Path.cwd().name}, in which the program runs."
+    return ""
 
 
 def with_tabs(words: Sequence[str]) -> list[str]:

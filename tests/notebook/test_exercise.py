@@ -48,6 +48,8 @@ def test_an_interface_is_written_built_and_importable(kernel):
         ("# mine\n\n%%exercise Ask.srv\nint32 a\n---\n", "`%%exercise Ask.srv` must be the first line of its cell"),
         ("%% exercise server.py\nint32 = 1\n", "Write `%%exercise server.py`, without a blank behind `%%`."),
         ("ros2 service list", "Hint: This line is for a shell: in a cell, write it with `!`: `!ros2 service list`"),
+        ("rosservice list", "Hint: `rosservice` is of ROS 1. In ROS 2: `ros2 service list`."),
+        ("if a:\n    pass\nelse if b:\n    pass", "Hint: In Python, `else if` is one word: `elif`."),
         (
             "%%exercise client.py\nimport sys\nsys.exit('Usage: client.py A')\n",
             "begin its cell with `%%exercise client.py --no-start`",

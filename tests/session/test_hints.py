@@ -1,0 +1,192 @@
+"""Hints on what is used in the place of something else: of another type, of ROS 1, or to end what has already ended."""
+
+import pytest
+
+from course.session import ros_1
+from course.session.hints import hint
+
+SWAPPED = """from std_srvs.srv import SetBool
+class Motors(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'enable', self.enable)
+    def enable(self, {}):
+        self.on = {}.data
+"""
+REFUSES = """class A(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'enable', self.enable)
+        self.add_on_set_parameters_callback(self.check)
+        ActionServer(self, Lift, 'lift', self.execute, goal_callback=self.accept, cancel_callback=self.agree)
+    def enable(self, request, response):
+        response.success = True
+        raise ValueError('enable')
+    def check(self, parameters):
+        raise ValueError('check')
+    def accept(self, goal):
+        raise ValueError('accept')
+    def agree(self, goal_handle):
+        goal_handle.canceled()
+    def helper(self):
+        raise ValueError('helper')
+"""
+TAKES_OVER = """def take_over(self, goal_handle):
+    self.newest.abort()
+def execute(self, goal_handle):
+    if self.newest is not goal_handle:
+        goal_handle.abort()
+"""
+MOVES_ON = "def execute(self, goal_handle):\n    while left:\n        goal_handle.abort()\n    goal_handle.succeed()\n"
+HANDLE = """def __init__(self):
+    self.handle = None
+def run(self):
+    future = self.client.send_goal_async(goal)
+    self.handle = future.result()
+    if not self.handle.accepted:
+        pass
+def later(self):
+    self.handle.cancel_goal_async()
+"""
+SHUTS_DOWN = (
+    "def main():\n    rclpy.init()\n    rclpy.spin(node)\n    rclpy.try_shutdown()\n    rclpy.spin_once(node)\n"
+)
+NO_CONTEXT = "TypeError: 'NoneType' object does not support the context manager protocol"
+NESTED = """self.create_service(Trigger, 'ask', self.ask)
+def ask(self, request, response):
+    executor = SingleThreadedExecutor()
+    future = self.client.call_async(request)
+"""
+FLOATS = "from std_msgs.msg import Float64"
+FIBONACCI = "from course_interfaces.action import Fibonacci"
+INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid transition from state {} with event {}"
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "code", "says"),
+    [
+        (
+            "AttributeError: 'SetBool_Response' object has no attribute 'data'",
+            SWAPPED.format("response, request", "request"),
+            "self.on = request.data",
+            "A service callback gets the request first, then the response: `def enable(self, request, response)`.",
+        ),
+        (
+            "AttributeError: 'SetBool_Response' object has no attribute 'data'",
+            SWAPPED.format("request, response", "response"),
+            "self.on = response.data",
+            "The response of SetBool has the fields success, message.",
+        ),
+        (
+            "TypeError: ActionServer.__init__() got an unexpected keyword argument 'handle_accepted'",
+            "",
+            "self.server = ActionServer(",
+            "Did you mean `handle_accepted_callback=`?",
+        ),
+        ("TypeError: Motors.__init__() got an unexpected keyword argument 'nam'", "", "Motors(nam='a')", ""),
+        (
+            "AttributeError: type object 'Fibonacci' has no attribute 'default_callback_group'",
+            "ActionClient(Fibonacci, 'fibonacci', ros.node)",
+            "ActionClient(Fibonacci, 'fibonacci', ros.node)",
+            "The arguments of `ActionClient` are in the wrong order: write `ActionClient(ros.node, TheType, '/name')`.",
+        ),
+        (
+            "TypeError: Fibonacci.__init__() got an unexpected keyword argument 'order'",
+            FIBONACCI,
+            "client.send_goal_async(Fibonacci(order=5))",
+            "`Fibonacci` is the type of an action, and a goal of it is `Fibonacci.Goal(order=...)`.",
+        ),
+        ("TypeError: Fibonacci.__init__() got an unexpected keyword argument 'x'", FIBONACCI, "Fibonacci(x=5)", ""),
+        ("ValueError: enable", REFUSES, "raise ValueError('enable')", "say so in the response, `response.success = F"),
+        ("ValueError: check", REFUSES, "raise ValueError('check')", "`return SetParametersResult(successful=False, re"),
+        ("ValueError: accept", REFUSES, "raise ValueError('accept')", "`return GoalResponse.REJECT` does."),
+        ("ValueError: helper", REFUSES, "raise ValueError('helper')", ""),
+        ("ValueError: could not convert", REFUSES, "response.success = True", ""),
+        (INVALID.format("EXECUTING", "CANCELED"), REFUSES, "goal_handle.canceled()", "it returns `CancelResponse.ACC"),
+        (INVALID.format("EXECUTING", "CANCELED"), "", "goal_handle.canceled()", "Nobody has asked to cancel this goal"),
+        (
+            INVALID.format("ABORTED", "ABORT"),
+            TAKES_OVER,
+            "goal_handle.abort()",
+            "This goal has already ended, as aborted, perhaps by `self.newest.abort()` in line 2. When `is_active`",
+        ),
+        (
+            INVALID.format("ABORTED", "ABORT"),
+            MOVES_ON,
+            "goal_handle.abort()",
+            "This goal has already ended, as aborted. After `succeed()`",
+        ),
+        (
+            "TypeError: unsupported operand type(s) for *: 'Float64' and 'float'",
+            FLOATS,
+            "self.integral += msg * step",
+            "This is the whole message: its value is in the field `data` of Float64, as in `msg.data`.",
+        ),
+        ("TypeError: must be real number, not Float64", FLOATS, "math.sin(msg)", "in the field `data` of Float64"),
+        ("TypeError: unsupported operand type(s) for *: 'Float64' and 'float'", "", "", ""),
+        ("TypeError: unsupported operand type(s) for *: 'float' and 'Duration'", "", "", "A Duration is not a number"),
+        ("TypeError: unsupported operand type(s) for -: 'Time' and 'float'", "", "", "Take both from the same clock"),
+        ("TypeError: unsupported operand type(s) for -: 'list' and 'float'", "", "", ""),
+        (
+            "TypeError: RcutilsLogger.info() takes 2 positional arguments but 3 were given",
+            "",
+            "self.get_logger().info('a: %s', a)",
+            "A logger of rclpy takes one text",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'rospy'",
+            "import rospy",
+            "import rospy",
+            "`rospy` is a library of ROS 1",
+        ),
+        (
+            "NameError: name 'rospy' is not defined. Did you mean: 'rclpy'?",
+            "",
+            "ki = rospy.get_param('ki')",
+            "`rospy.get_param` is of ROS 1. In ROS 2: `self.declare_parameter('name', default)`",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'accepted'",
+            HANDLE,
+            "if not self.handle.accepted:",
+            "The response is not there yet: `future.result()`",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'cancel_goal_async'",
+            HANDLE,
+            "self.handle.cancel_goal_async()",
+            "",
+        ),
+        (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin_once(node)", "`rclpy.try_shutdown()` in line 4 has already run"),
+        (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin(node)", ""),
+        (NO_CONTEXT, "with self.lock:\n    pass", "with self.lock:", ""),
+        (NO_CONTEXT, NESTED, "executor = SingleThreadedExecutor()", "A callback needs no executor of its own"),
+        (
+            "RCLError: Couldn't parse parameter override rule: '-p kp:='. Error: error not set",
+            "",
+            "rclpy.init(args=args)",
+            "The value follows `:=` without a blank: `-p kp:=2.0`",
+        ),
+        (
+            "RCLError: Couldn't parse params file: '--params-file pids.yaml'. Error: Error opening YAML file, at p.c",
+            "",
+            "rclpy.init(args=args)",
+            "There is no file pids.yaml in the folder ",
+        ),
+        (NO_CONTEXT, "", "executor = SingleThreadedExecutor()", "`SingleThreadedExecutor(context=node.context)`"),
+    ],
+)
+def test_what_is_used_in_another_place_is_told_only_where_it_is_certain(error, text, code, says):
+    said = hint(error, text, code)
+    assert says in said and bool(says) == bool(said), said
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("rosservice call /add 1 2", "`rosservice` is of ROS 1. In ROS 2: `ros2 service call /add 1 2`."),
+        ("roscore", "`roscore` is of ROS 1. ROS 2 needs nothing in its place: nodes find each other."),
+        ("ros2 service list", ""),
+        ("", ""),
+    ],
+)
+def test_a_command_of_ros_1_is_told_with_its_counterpart(line, says):
+    assert ros_1.command(line) == says
