@@ -3,7 +3,8 @@
 import ast
 from pathlib import Path
 
-from course.session.failure_report import frame_at, text_at
+from course.session.failure_report import NEVER_CALLED, frame_at, text_at
+from course.session.hints import never_called
 from course.session.mixups import assigned
 from course.session.source import calls, functions, name_of, parse
 
@@ -20,7 +21,13 @@ def lost_status(file: str, status: int) -> str:
     tree = parse(source)
     main = next((each for each in functions(tree) if each.name == "main"), None)
     returns = [each.value for each in ast.walk(main) if isinstance(each, ast.Return)] if main else []
-    exits = any(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
+    exits = sum(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
+    given = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, map(_function, call.args))]
+    if main and not any(returns) and status == 0 and len(given) == exits == 1:
+        return (
+            f"\n{frame_at(file, main.lineno, source)}\nmain() returns nothing, so `{ast.unparse(given[0])}` ends with "
+            "the status 0: return the status from main(), such as `return 1`."
+        )
     for call in calls(tree, "main") if any(returns) and not exits and status == 0 else ():
         if any(isinstance(node, ast.Expr) and node.value is call for node in ast.walk(tree)):
             return (
@@ -33,10 +40,12 @@ def lost_status(file: str, status: int) -> str:
 def printed_status(file: str, output: str, status: int) -> str:
     """Return lines about what main() returns in place of a status, which `sys.exit` may print; '' otherwise.
 
-    `output` and `status` are those of the program; a status of 0 is wanted.
+    Also about a program that prints nothing.  `output` and `status` are its own; a status of 0 is wanted.
     """
     source = text_at(Path(file))
     tree = parse(source)
+    if status == 0 and not output.strip():
+        return _nothing_printed(file, source)
     main = next((each for each in functions(tree) if each.name == "main"), None)
     given = [name_of(getattr(each, "func", None)) for name in EXITS for call in calls(tree, name) for each in call.args]
     if status != 1 or main is None or "main" not in given or "Traceback" in output:
@@ -54,6 +63,23 @@ def printed_status(file: str, output: str, status: int) -> str:
             "status 1. After a success, return 0."
         )
     return ""
+
+
+def _function(node: ast.expr) -> ast.expr | None:
+    """Return the function of a call; None for another expression."""
+    return node.func if isinstance(node, ast.Call) else None
+
+
+def _nothing_printed(file: str, source: str) -> str:
+    """Return lines that say that a program has printed nothing, with the line that only names main()."""
+    lines = f"\n{file} printed nothing."
+    if not never_called(source):
+        return lines
+    for node in ast.walk(parse(source)):
+        if isinstance(node, ast.Expr) and name_of(node.value) == "main":
+            at = frame_at(file, node.lineno, source)
+            return f"{lines}\n{at}\nThis names the function and does not call it: write `sys.exit(main())`."
+    return f"{lines} {NEVER_CALLED}"
 
 
 def _is_no_status(value: ast.expr | None, source: str) -> bool:

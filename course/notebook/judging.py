@@ -31,9 +31,10 @@ from course.ros.rclpy_internals import action_name
 from course.session.domains import claim_domain
 from course.session.failure_report import GUARDED, MARK, NEVER_CALLED, frame_at, of_program, text_at
 from course.session.guards import interruptible
-from course.session.hangs import THREADS
+from course.session.hangs import NOT_SPUN, THREADS
 from course.session.hints import never_called
 from course.session.hints import type_name as field_type
+from course.session.lines_that_wait import remark
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
 from course.session.offered import other_names
@@ -296,6 +297,9 @@ def busy(process: Handle, service: str = "") -> str:
     first, second = process.doing(), process.doing()
     if first and second and first[-1].function == second[-1].function:
         found += [*([] if found else [""]), f"{process.name} is here:", *map(str, second)]
+        unspun = process.unspun()
+        found += [f"{NOT_SPUN[0].upper()}{NOT_SPUN[1:]}"] if unspun else [] if why else remark(second, process.source)
+        live().watch.forget(NOT_SPUN)  # the start has reported the same
     return "\n".join(found)
 
 

@@ -21,6 +21,7 @@ from course.session import ros_1
 from course.session.endless_waits import EndlessSpin
 from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at
 from course.session.guards import say
+from course.session.lines_that_wait import remark
 from course.session.live import Session, current
 from course.session.logs import node_of_line
 from course.session.offered import strangers
@@ -246,7 +247,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: Collection[NodeFai
     ran = time.monotonic() - end + timeout
     why = ", because a node of this notebook has failed" if path and time.monotonic() >= in_vain else ""
     if path:
-        at = at or _lines(stacks.doing(program.pid, path))
+        at = at or _lines_of(stacks.doing(program.pid, path), path)
     else:  # `ros2 run` ends its program, too
         program.terminate()
         with contextlib.suppress(subprocess.TimeoutExpired):
@@ -292,7 +293,7 @@ class _Wait:
         self._next, before, loop = time.monotonic() + AGAIN, self._seen, self._loop
         self._loop = self._stacks.beginning(self._pid, self._path, endless=True)
         if self._loop and loop and self._loop[-1].function == loop[-1].function:
-            return _lines(self._loop)
+            return _lines_of(self._loop, self._path)
         self._seen = self._stacks.endless_wait(self._pid, self._path, session.served())
         if not self._seen or self._seen != before:
             return ""
@@ -336,6 +337,11 @@ def _program(words: list[str]) -> Path | None:
 
 def _lines(frames: tuple[Frame, ...]) -> str:
     return "".join(f"\n{frame}" for frame in frames)
+
+
+def _lines_of(frames: tuple[Frame, ...], path: Path) -> str:
+    """Return the lines where the program at `path` waits, and why that is in vain, if it is certain."""
+    return "\n".join([_lines(frames), *remark(frames, text_at(path))])
 
 
 def _folded(path: Path, output: str, status: int) -> str:

@@ -18,7 +18,9 @@ from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, 
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
 from course.session.failure_report import of_thread
 from course.session.guards import say
+from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import is_of
+from course.session.lines_that_wait import remark
 from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
@@ -154,6 +156,7 @@ class Calls:
         self._owing |= {*self._programs(service)}
         why = (
             self._killed(service)
+            or self._unspun(service)
             or self._blocked(service)
             or ("its server is busy." if at else "is its server busy or blocked?")
         )
@@ -166,6 +169,14 @@ class Calls:
         if not self._outsiders.are_gone(service):
             return ""
         return "the program that served it no longer runs. It was killed, so ROS 2 still lists it: start it again."
+
+    def _unspun(self, service: str) -> str:
+        """Return that nothing spins the node that serves `service`, if its program is in a loop before that; or ''."""
+        servers = self._programs(service)
+        if len(servers) != 1 or not servers[0].unspun():
+            return ""
+        self.watch.forget(NOT_SPUN)  # the start has reported the same
+        return NOT_SPUN
 
     def _programs(self, name: str) -> list[NodeProcess]:
         """Return the running programs that serve the service or action `name`."""
@@ -200,7 +211,7 @@ class Calls:
         asked = name if name in server.services else f"{name}{SEND}"
         asked_before = server in self._owing or time.time() - server.started > time.monotonic() - beside
         limit = math.inf if asked_before else limit
-        patience = Patience(lambda: server.hang(answering(server.source, name), limit))
+        patience = Patience(lambda: server.unspun() or server.hang(answering(server.source, name), limit))
 
         def look() -> str:
             frames = patience.exhausted()
@@ -218,7 +229,8 @@ class Calls:
                 and service in ("", *handle.services)
                 and (frames := handle.doing())
             ):
-                return "\n".join(["", f"{handle.name} is here:", *map(str, frames)])
+                why = remark(frames, handle.source) if isinstance(handle, NodeProcess) else []
+                return "\n".join(["", f"{handle.name} is here:", *map(str, frames), *why])
         return ""
 
     def doing(self, name: str) -> str:

@@ -25,6 +25,7 @@ PURE = ("abs", "all", "any", "bool", "done", "float", "int", "len", "max", "min"
 OF_THE_REQUEST = re.compile(r"(\w+\.)?request\.\w+")  # nothing changes the fields of a request meanwhile
 ORDERS = (ast.Gt, ast.GtE, ast.Lt, ast.LtE)  # comparisons of numbers
 LEAVES = (ast.Assert, ast.Break, ast.Raise, ast.Return, ast.Yield, ast.YieldFrom)  # what may leave a loop
+NOT_SPUN = "nothing spins its node, so none of its callbacks is called."
 Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
@@ -68,6 +69,19 @@ def beginning(stacks: str, path: Path, *, endless: bool) -> tuple[Frame, ...]:
         return ()
     own = [call for call in inner if call[2] != "main"] or chain[:1]
     return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(own))
+
+
+def unspun(stacks: str, path: Path) -> tuple[Frame, ...]:
+    """Return the frames of the program at `path` if a loop that cannot end keeps it from spinning its node; else ().
+
+    Only main() may spin it then, by its text, because the loop may call whatever else does.
+    """
+    source = text_at(path)
+    tree = parse(source)
+    others = [node for each in functions(tree) if each.name != "main" for node in ast.walk(each)]
+    if THREADS.search(source) or any("spin" in name_of(node) for node in others):
+        return ()
+    return beginning(stacks, path, endless=True)
 
 
 def _shortest_sleep(tree: ast.Module, line: int) -> float:
@@ -127,11 +141,19 @@ def _is_endless(loop: ast.While, function: Function, tree: ast.Module, alone: bo
         return False
     if isinstance(loop.test, ast.Constant):
         return bool(loop.test.value)
+    if isinstance(loop.test, ast.Call) and name_of(loop.test.func) == "ok" and not loop.test.args:
+        return not _shuts_down(loop, tree)  # `rclpy.ok()`
     if _is_fixed(loop, function):
         return True
     return (
         alone and all(map(_is_idle, loop.body)) and _is_pure(loop.test, {each.name: each for each in functions(tree)})
     )
+
+
+def _shuts_down(loop: ast.While, tree: ast.Module) -> bool:
+    """Return True if a loop, or another function than main(), shuts rclpy down."""
+    places = [loop, *(each for each in functions(tree) if each.name != "main")]
+    return any(next(calls(each, name), None) for each in places for name in ("shutdown", "try_shutdown"))
 
 
 def _is_fixed(loop: ast.While, function: Function) -> bool:

@@ -252,6 +252,11 @@ class NodeProcess:
         """Return the frames of the program if it runs no callbacks yet, as `hangs.beginning` does; else ()."""
         return self._stacks.beginning(self.pid, self.path, endless=endless) if self.alive else ()
 
+    def unspun(self) -> tuple[Frame, ...]:
+        """Return the frames of the program if a loop keeps it from spinning its node, as `hangs.unspun` does."""
+        may = self.alive and "while" in self.source  # most have no loop, and are not asked
+        return self._stacks.unspun(self.pid, self.path) if may else ()
+
     def endless_wait(self) -> str:
         """Return why the program waits without end where there is no server, as `endless_waits.endless_wait` does."""
         return self._stacks.endless_wait(self.pid, self.path, {}) if self.alive else ""

@@ -58,9 +58,23 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 and len(node.value.ops) == 1
                 and isinstance(left, (ast.Attribute, ast.Name))
             ):
-                wanted = f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
-                text = f"`{ast.unparse(node)}` compares, and changes nothing. To set it, write `{wanted}`."
-                yield node.lineno, text
+                text, how = ast.unparse(node), f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
+                if isinstance(left, ast.Name) and _is_last(node, left.id, function):
+                    how = f"return 0 if {text} else 1" if function.name == "main" else f"return {text}"
+                    yield node.lineno, f"`{text}` compares, and does nothing with it. To return it, write `{how}`."
+                else:
+                    yield node.lineno, f"`{text}` compares, and changes nothing. To set it, write `{how}`."
+
+
+def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:
+    """Return True if nothing in a function uses the variable `name` after a statement, which is not in a loop."""
+    nodes = [*ast.walk(function)]
+    loops = [node for node in nodes if isinstance(node, (ast.For, ast.While))]
+    outside = any(name in node.names for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)))
+    later = [
+        node for node in nodes if isinstance(node, ast.Name) and node.id == name and node.lineno > statement.lineno
+    ]
+    return not later and not outside and not any(statement in ast.walk(loop) for loop in loops)
 
 
 def _set_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:

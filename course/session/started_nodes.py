@@ -27,6 +27,7 @@ from course.ros.rclpy_internals import GoalFault, NoResult, is_initialized, is_w
 from course.session.calls import Calls
 from course.session.failure_report import Frame, text_at
 from course.session.guards import say
+from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.node_process import NodeProcess
@@ -446,6 +447,9 @@ class StartedNodes:
         self._publishing.publish()
         if process.died and process.returncode:
             raise self._failed(process)
+        if frames := process.unspun():
+            at = "".join(f"\n{frame}" for frame in frames)
+            self._watch.notice(f"{path.name} is in a loop that does not end: {NOT_SPUN} It is here:{at}")
         return process
 
     def _failed(self, process: NodeProcess) -> NodeFailed:

@@ -22,6 +22,12 @@ def test_of_a_right_client_nothing_is_said(monkeypatch, client):
         ("return 1", "status = main()", ""),
         ("return", "main()", ""),
         ("raise SystemExit(1)", "main()", ""),
+        (
+            "return",
+            "sys.exit(main())",
+            "\n  client.py, line 1\n    def main():\nmain() returns nothing, so `sys.exit(main())`",
+        ),
+        ("return sys.exit(1)", "sys.exit(main())", ""),
     ],
 )
 def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
@@ -50,7 +56,21 @@ def test_a_result_in_place_of_the_status(tmp_path, monkeypatch, main, end, outpu
     (tmp_path / "client.py").write_text(f"def main():\n    {main}\n\n{end}\n")
     told = printed_status("client.py", output, 1)
     assert told.startswith(f"\n  client.py, line 2\n    {main}\nWhat main() returns is the exit status") == says
-    assert bool(told) == says and printed_status("client.py", output, 0) == ""
+    assert bool(told) == says and printed_status("client.py", output or "SUCCEEDED\n", 0) == ""
+
+
+@pytest.mark.parametrize(
+    ("end", "says"),
+    [
+        ("main", "\nclient.py printed nothing.\n  client.py, line 4\n    main\nThis names the function and does not"),
+        ("", "\nclient.py printed nothing. main() is defined, but never called"),
+        ("main()", "\nclient.py printed nothing."),
+    ],
+)
+def test_a_client_that_prints_nothing_is_told_with_its_last_line(tmp_path, monkeypatch, end, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"def main():\n    return 0\n\n{end}\n")
+    assert printed_status("client.py", "", 0).startswith(says)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.session.hangs import hang
+from course.session.hangs import hang, unspun
 
 PROGRAM = """import time
 class Server(Node):
@@ -120,3 +120,43 @@ def test_a_callback_that_is_elsewhere(tmp_path):
     path = tmp_path / "server.py"
     path.write_text(PROGRAM.replace("{body}", "        pass\n        time.sleep(60); self.wait()"))
     assert hang(f"Thread 0x1 (most recent call first):\n{library}", path, {"ask"}, 5.0) == ()
+
+
+BEGINS = """class Server(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/ask', self.ask)
+{made}
+    def step(self):
+{step}
+def main():
+    node = Server()
+{main}
+{rest}
+"""
+
+
+@pytest.mark.parametrize(
+    ("made", "step", "main", "rest", "is_kept"),
+    [
+        ("while True:\n    time.sleep(1)", "pass", "rclpy.spin(node)", "", True),
+        ("while rclpy.ok():\n    self.step()", "pass", "rclpy.spin(node)", "rclpy.try_shutdown()", True),
+        ("while rclpy.ok():\n    self.step()", "rclpy.shutdown()", "rclpy.spin(node)", "", False),
+        ("while True:\n    self.step()", "rclpy.spin_once(self)", "pass", "", False),
+        ("while self.waits:\n    self.step()", "self.waits = False", "rclpy.spin(node)", "", False),
+        ("while True:\n    time.sleep(1)", "pass", "Thread(target=rclpy.spin, args=[node])", "", False),
+        ("pass", "pass", "while True:\n    time.sleep(1)", "", True),
+        ("pass", "pass", "while True:\n    rclpy.spin_once(node)", "", False),
+    ],
+)
+def test_a_loop_that_keeps_the_node_from_being_spun(tmp_path, made, step, main, rest, is_kept):
+    parts = {"made": (made, 8), "step": (step, 8), "main": (main, 4), "rest": (rest, 4)}
+    text = BEGINS.format(
+        **{name: "\n".join(" " * by + each for each in part.splitlines()) for name, (part, by) in parts.items()}
+    )
+    (path := tmp_path / "server.py").write_text(text)
+    at = 5 if "while" in made else len(BEGINS[: BEGINS.index("{main}")].splitlines()) + 1
+    name = "__init__" if at == 5 else "main"
+    stacks = f'Thread 0x1 (most recent call first):\n  File "{path}", line {at} in {name}\n'
+    assert [frame.line for frame in unspun(stacks, path)] == [at] * is_kept
+    spun = f'{stacks}  File "/venv/lib/rclpy/executors.py", line 839 in spin_once\n'
+    assert unspun(spun, path) == ()

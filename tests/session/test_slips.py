@@ -26,6 +26,20 @@ class Careful(Node):
 
 
 @pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("outcome == 'OK'", "does nothing with it. To return it, write `return 0 if outcome == 'OK' else 1`."),
+        ("try:\n        outcome == 'OK'\n    finally:\n        stop()", "To return it, write `return 0 if outcome"),
+        ("outcome == 'OK'\n    print(outcome)", "To set it, write `outcome = 'OK'`."),
+        ("while True:\n        outcome == 'OK'", "To set it, write `outcome = 'OK'`."),
+    ],
+)
+def test_a_comparison_at_the_end_of_a_function_is_meant_to_be_returned(body, says):
+    (told,) = slips(f"def main():\n    outcome = run()\n    {body}\n")
+    assert says in told
+
+
+@pytest.mark.parametrize(
     ("line", "says"),
     [
         ("self.free == False",

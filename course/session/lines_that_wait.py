@@ -1,0 +1,59 @@
+"""Why a program waits in vain at one of its lines, and what to write there: from its text, where that is certain."""
+
+import ast
+import re
+from collections.abc import Sequence
+
+from course.session.failure_report import Frame
+from course.session.hangs import THREADS
+from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse
+
+AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
+
+
+def remark(frames: Sequence[Frame], source: str) -> list[str]:
+    """Return a line on why the program `source` waits in vain where it is; [] if that is not certain."""
+    at = frames[-1] if frames else None
+    if at is None:
+        return []
+    if awaited := AWAITED_CALL.search(at.code):
+        return [f"`call(...)` blocks here, before anything is awaited: write `await {awaited[1]}.call_async(...)`."]
+    if "ThreadedExecutor(" in source or THREADS.search(source):
+        return []
+    tree = parse(source)
+    if _is_of_a_rate(at.code, tree):
+        why = "A rate sleeps until another thread spins the node, and the only one is here"
+        return [f"{why}: use `time.sleep(seconds)`, or an executor with several threads."]
+    loop = next((each for each in ast.walk(tree) if isinstance(each, ast.While) and _covers(each, at.line)), None)
+    if loop is None or any(frame.function in _callbacks(tree) for frame in frames):
+        return []
+    waits = next(calls(loop.test, "done"), None)
+    spins = any("spin" in name_of(node) for node in ast.walk(loop))
+    if waits is None or spins or not isinstance(waits.func, ast.Attribute):
+        return []
+    future = ast.unparse(waits.func.value)
+    instead = f"`rclpy.spin_until_future_complete({_node(tree, at.line)}, {future})`"
+    return [f"Nothing spins the node while this loop waits, so no answer comes: write {instead} in its place."]
+
+
+def _is_of_a_rate(code: str, tree: ast.Module) -> bool:
+    """Return True if a line sleeps by a rate of rclpy."""
+    slept = re.search(r"([\w.]+|\))\.sleep\(\s*\)", code)
+    if not slept:
+        return False
+    made = [node for node in ast.walk(tree) if isinstance(node, ast.Assign) and [*calls(node.value, "create_rate")]]
+    return "create_rate(" in code or slept[1] in {ast.unparse(each) for node in made for each in node.targets}
+
+
+def _callbacks(tree: ast.Module) -> set[str]:
+    return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
+
+
+def _covers(node: ast.While, line: int) -> bool:
+    return node.lineno <= line <= (node.end_lineno or node.lineno)
+
+
+def _node(tree: ast.Module, line: int) -> str:
+    """Return how the function around a line calls the node: `self` in a method, or `node`."""
+    around = [each for each in functions(tree) if each.lineno <= line <= (each.end_lineno or each.lineno)]
+    return "self" if any(argument.arg == "self" for each in around for argument in each.args.args) else "node"

@@ -1,0 +1,52 @@
+"""Why a program waits in vain at a line of its text, and which lines are no sign of that."""
+
+import pytest
+
+from course.session.failure_report import Frame
+from course.session.lines_that_wait import remark
+
+POLLS = """class Client(Node):
+    def __init__(self):
+        self.create_timer(1.0, self.tick)
+        self.rate = self.create_rate(2.0)
+    def tick(self):
+        {loop}
+    def run(self):
+        {loop}
+        self.rate.sleep()
+        self.robot.sleep()
+        answer = await self.client.call(request)
+def main():
+    {end}
+"""
+LOOP = "while not future.done(): time.sleep(0.1)"
+SPINS = "Nothing spins the node while this loop waits, so no answer comes: write `rclpy.spin_until_future_complete(self"
+
+
+@pytest.mark.parametrize(
+    ("line", "function", "end", "says"),
+    [
+        (8, "run", "", SPINS),
+        (8, "run", "Thread(target=rclpy.spin, args=(node,)).start()", ""),
+        (6, "tick", "", ""),  # there, a spin would be wrong, too
+        (9, "run", "rclpy.spin(node)", "A rate sleeps until another thread spins the node, and the only one is here"),
+        (9, "run", "MultiThreadedExecutor(4).spin()", ""),
+        (10, "run", "rclpy.spin(node)", ""),
+        (
+            11,
+            "run",
+            "MultiThreadedExecutor(4).spin()",
+            "`call(...)` blocks here, before anything is awaited: write `aw",
+        ),
+    ],
+)
+def test_a_line_that_waits_in_vain(line, function, end, says):
+    source = POLLS.format(loop=LOOP, end=end or "pass")
+    frames = [Frame("client.py", line, function, source.splitlines()[line - 1].strip())]
+    said = "".join(remark(frames, source))
+    assert said.startswith(says) and bool(said) == bool(says)
+
+
+def test_a_loop_that_spins_is_no_wait_in_vain():
+    source = POLLS.format(loop="while not future.done(): rclpy.spin_once(self)", end="pass")
+    assert remark([Frame("client.py", 8, "run", source.splitlines()[7].strip())], source) == remark([], source) == []
