@@ -368,16 +368,35 @@ def hidden(file: str) -> str:
 def slow_timer(file: str, most: float) -> str:
     """Return lines about a timer above `most` s, if all are so by their text, or about a missing one; '' otherwise."""
     source, slow = text_at(Path(file)), ""
-    made = list(calls(parse_program(source), "create_timer"))
+    tree = parse_program(source)
+    made = list(calls(tree, "create_timer"))
     if not made and not RHYTHM.search(source):
         return f"\n{file} has no timer: `create_timer(period, callback)` calls a method regularly."
-    periods = [getattr(argument(call, *PERIOD), "value", None) for call in made]
+    periods = [_number(argument(call, *PERIOD), tree) for call in made]
     for call, period in zip(made, periods, strict=True):
-        if not isinstance(period, (int, float)) or period <= most:
+        if period is None or period <= most:
             return ""  # this one may be fast
         at = frame_at(file, call.lineno, source)
         slow = slow or f"\n{at}\nThe period of a timer is in seconds: this one fires every {period:g} s."
     return slow
+
+
+def _number(node: ast.expr | None, tree: ast.Module) -> float | None:
+    """Return the value of a number, or of a quotient or product of numbers, or of a constant of the file; or None."""
+    if isinstance(node, ast.Constant):
+        return float(node.value) if isinstance(node.value, (int, float)) else None
+    if isinstance(node, ast.Name):
+        set_to = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == node.id]
+        stored = [each for each in set_to if not isinstance(each.ctx, ast.Load)]
+        made = [each for each in tree.body if isinstance(each, ast.Assign) and node.id in map(name_of, each.targets)]
+        known = len(stored) == len(made) == 1 and isinstance(made[0].value, (ast.BinOp, ast.Constant))
+        return _number(made[0].value, tree) if known else None
+    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Mult)):
+        left, right = _number(node.left, tree), _number(node.right, tree)
+        if left is None or right is None or (right == 0 and isinstance(node.op, ast.Div)):
+            return None
+        return left / right if isinstance(node.op, ast.Div) else left * right
+    return None
 
 
 def rate_in_a_timer(file: str) -> str:
@@ -456,7 +475,25 @@ def own_variable(file: str) -> str:
                 f"of line {line}. To set that one, begin '{function.name}' with `global {name.id}`, or keep it in "
                 f"`self.{name.id}`."
             )
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        attributes = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute)]
+        kept = {node.attr for node in attributes if name_of(node.value) == "self"}
+        for function in functions(cls):
+            unread = _unread(function) if function.name in callbacks else []
+            for name in (each for each in unread if each.id in kept):
+                return (
+                    f"\n{frame_at(file, name.lineno, source)}\nNothing reads this variable of '{function.name}'. "
+                    f"`self.{name.id}` is another one: to set that, write it with `self.`."
+                )
     return ""
+
+
+def _unread(function: ast.AST) -> list[ast.Name]:
+    """Return the places where a function sets a variable that it never reads."""
+    names = [node for node in ast.walk(function) if isinstance(node, ast.Name)]
+    known = {node.id for node in names if not isinstance(node.ctx, ast.Store)}
+    outside = [node.names for node in ast.walk(function) if isinstance(node, (ast.Global, ast.Nonlocal))]
+    return [node for node in names if node.id not in known.union(*outside)]
 
 
 def shared_response(file: str) -> str:

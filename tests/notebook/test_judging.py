@@ -205,6 +205,31 @@ def test_a_callback_that_sets_a_variable_of_its_own_for_one_of_the_file_is_named
 
 
 @pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("on = request.data", "'power'. `self.on` is another one: to set that, write it with `self.`."),
+        ("on = request.data; self.on = on", ""),
+        ("level = request.data", ""),
+        ("global on; on = request.data", ""),
+        ("self.on = request.data", ""),
+    ],
+)
+def test_a_callback_that_leaves_out_self_is_named_only_if_nothing_reads_its_variable(folder, line, told):
+    (folder / "server.py").write_text(
+        "class Server(Node):\n"
+        "    def __init__(self):\n"
+        "        self.on = False\n"
+        "        self.create_service(SetBool, 'power', self.power)\n"
+        "    def power(self, request, response):\n"
+        f"        {line}\n"
+        "        response.success = self.on\n"
+        "        return response\n"
+    )
+    said = judging.own_variable("server.py")
+    assert said.endswith(told) and bool(said) == bool(told) == ("line 6" in said)
+
+
+@pytest.mark.parametrize(
     ("returned", "shared"),
     [("self.answer", True), ("response", False), ("copy(self.answer)", False), ("self.answer.copy", False),
      ("self.fill(response)", False)],
@@ -264,6 +289,14 @@ def tick(self):
         (lambda file: judging.slow_timer(file, 0.05), "node", "pass", "    self.create_timer(0.1, self.tick)\n"),
         (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(0.02, self.tick)", ""),
         (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(period, self.tick)", ""),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(1 / 100, self.tick)", ""),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(0 / 0, self.tick)", ""),
+        (
+            lambda file: judging.slow_timer(file, 0.05),
+            "node",
+            "self.create_timer(1.0 / 0.1, f)",
+            "self.create_timer(0.1",
+        ),
     ],
 )
 def test_why_callbacks_come_too_often_or_not_at_all(tmp_path, monkeypatch, told, spun, line, says):
