@@ -34,6 +34,8 @@ from course.session.watch import Handle, Watch
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
 LOOK = 0.05  # s between two checks whether the node that should answer has died
 LISTED = 8  # services that are named in a message
+DROPPED = 1.0  # s at rest, after which a server with an old definition has dropped the request
+OLD = "still uses the old definition"
 GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
 TELLING = 2.0  # s more, after which the reader learns why there is no server, if the wait is to last much longer
 PATIENT = 5.0  # s that are much longer
@@ -75,12 +77,18 @@ class Calls:
                     f"{what} was changed since it was started, and {service} is served as it was before: start it "
                     f"again, with {again}."
                 )
+        if outdated := self._old_definition(service):
+            self.watch.notice(outdated)
+
+    def _old_definition(self, service: str) -> str:
+        """Return a sentence on a server of `service` that still has the interface of an earlier build; '' without."""
         for handle, package in self._outdated.items():
             if handle.alive and service in handle.services:
-                self.watch.notice(
-                    f"{handle.name} was started before {package} was built again, and still uses the old definition: "
+                return (
+                    f"{handle.name} was started before {package} was built again, and {OLD}: "
                     f"its requests and responses may be misread. Run its cell, or ros.restart('{handle.name}')."
                 )
+        return ""
 
     def _destroy(self, keys: list[tuple[str, type]]) -> None:
         for key in keys:
@@ -128,6 +136,9 @@ class Calls:
     ) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
         hanging = self.hanging(service, deadline - time.monotonic())
+        # What cannot be read is dropped; one that awaits may be at rest, too, and answer later.
+        old = bool(self._old_definition(service)) and not any("await" in each.source for each in servers)
+        dropped = Lasting(lambda: old and all(each.asleep for each in servers), DROPPED)
 
         def raising() -> list[tuple[LiveNode, int]]:
             """The servers that have raised since then: asking the graph for them only now keeps a usual call fast."""
@@ -138,7 +149,8 @@ class Calls:
             self._look_at(service)
             if any(node.has_raised_in(service, since) for node, since in raising()):  # the same as before
                 self._look_at(service, again=True)
-            if at := hanging():
+            at = hanging()
+            if at or (dropped() and all(each.is_at_rest() for each in servers)):
                 client.remove_pending_request(future)
                 raise self._unanswered(service, f"will not answer within {timeout:g} s", at)
 
@@ -154,8 +166,12 @@ class Calls:
     def _unanswered(self, service: str, what: str, at: str) -> CallTimeout:
         """Return the error that says why a request is given up; `at` are lines that say where the server is."""
         self._owing |= {*self._programs(service)}
+        old = self._old_definition(service)
+        if old:
+            self.watch.forget(OLD)
         why = (
             self._killed(service)
+            or old
             or self._unspun(service)
             or self._blocked(service)
             or ("its server is busy." if at else "is its server busy or blocked?")

@@ -100,6 +100,22 @@ def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session,
     assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {body}")
 
 
+@pytest.mark.parametrize(("rebuilt", "limit", "what"), [("std_srvs", 5.0, "will not"), ("std_msgs", 1.7, "did not")])
+def test_a_request_that_a_server_with_an_old_definition_drops_is_not_waited_for(
+    session, tmp_path, rebuilt, limit, what
+):
+    file = tmp_path / "server.py"
+    file.write_text(SERVER.format(body="pass", spin="rclpy.spin(rclpy.create_node('other'))", call="main()"))
+    session.start(file)
+    session._calls.package_replaced(rebuilt)
+    began = time.monotonic()
+    with pytest.raises(CallTimeout) as told:
+        session.call("/ask", Trigger, timeout=limit)
+    old = f"server.py was started before {rebuilt} was built again, and still uses the old definition"
+    assert str(told.value).startswith(f"/ask {what} answer within {limit:g} s: ")
+    assert (old in str(told.value)) == (time.monotonic() - began < limit)
+
+
 @pytest.mark.parametrize(
     ("body", "spin", "says"),
     [
