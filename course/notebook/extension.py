@@ -24,12 +24,16 @@ from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
 from course.session import ros_1
+from course.session.cell_loops import server_waited_for
+from course.session.guards import say
 from course.session.slips import else_if, slips
 from course.session.source import parse
 from course.session.values_seen import misread
 
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
+# A command that asks the parameter services of a node, with its name.
+PARAMETERS = re.compile(r"\bros2 +param +(?:get|set|list|dump|load|describe|delete) +(?:-\S+ +)*[\"']?/?([\w/]+)")
 CHECK = "check"  # the name of the code of a check that `course.check()` runs
 LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
 NEXT = 1.0  # s to the second look at a cell that may be in a loop
@@ -231,6 +235,11 @@ def _look_for_a_loop(over: threading.Event, thread: int, began: float) -> None:
         if over.wait(seconds) or (session := _session()) is None:
             return
         loop = session.tell_of_a_loop(thread, time.monotonic() - began, loop)
+    if not over.is_set() and (file := server_waited_for(thread)):
+        say(
+            f"{file} still runs, and this cell waits for its end. A server does not end by itself: the ■ button ends "
+            f"it, and `ros.start('{file}')` starts it so that the next cells can run."
+        )
 
 
 def _news_after(result: Any, *_: Any) -> None:
@@ -249,7 +258,8 @@ def _news_after(result: Any, *_: Any) -> None:
         print(text, file=sys.stderr)
     session = _session()
     if session is not None:
-        asked = ASKS.findall(cell) if time.monotonic() - _began[0] > LATE else []
+        late = time.monotonic() - _began[0] > LATE
+        asked = [*ASKS.findall(cell), *(f"{node}/get_parameters" for node in PARAMETERS.findall(cell))] if late else []
         for at in filter(None, (session.doing(f"/{name}") for name in dict.fromkeys(asked))):
             print(at, file=sys.stderr)
         for text in session.watch.notices():

@@ -1,13 +1,15 @@
 """A node's parameter services, as `ros2 param` and the Tab key call them."""
 
 import re
+import sys
+import time
 from collections.abc import Iterable
 from typing import Any
 
 from course.errors import RosError
 from course.ros.graph import Graph
 from course.ros.names import absolute
-from course.ros.server_status import ServerStatus
+from course.ros.server_status import TELL, ServerStatus
 
 SERVICE_TIMEOUT = 5.0  # s to wait for a node's parameter service
 AGAIN = 2.0  # s until a node is asked again
@@ -18,7 +20,7 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
 
     A node drops a response whose reader it has not discovered yet.  So it is asked again, unless that would set the
     parameters twice: then it is asked for something else before, because it discovers readers in the order in which
-    they are made.
+    they are made.  After `TELL` s without an answer it says so once, on stderr, and goes on waiting.
 
     Raises RosError when the service is not available within 5 s, or the call fails.
     """
@@ -33,11 +35,21 @@ def call(graph: Graph, node_name: str, kind: str, **fields: Any) -> Any:
     if sets := kind.startswith("Set"):
         call(graph, node_name, "GetParameters")
     futures: list[Any] = []
+    began, told = time.monotonic(), False
     while not (done := [future for future in futures if future.done()]):
         if report := status.report():
             raise RosError(f"The node does not answer.\n{report}")
-        futures.append(client.call_async(service.Request(**fields)))
-        graph.spin(lambda: any(future.done() for future in futures) or status.report(), None if sets else AGAIN)
+        if not told and time.monotonic() - began > TELL:
+            told = True
+            print(
+                f"still waiting: {absolute(node_name)} does not answer. Is it in a callback that does not return? "
+                "Ctrl-C ends this.",
+                file=sys.stderr,
+                flush=True,
+            )
+        if not sets or not futures:
+            futures.append(client.call_async(service.Request(**fields)))
+        graph.spin(lambda: any(future.done() for future in futures) or status.report(), AGAIN)
     if done[0].result() is None:
         raise RosError(f"Exception while calling service of node '{node_name}': {done[0].exception()}")
     return done[0].result()

@@ -8,15 +8,20 @@ import linecache
 import re
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 from types import FrameType
 
 from rclpy.action import ActionClient
 from rclpy.client import Client
 
+from course.session.failure_report import text_at
+from course.session.hints import serves
 from course.session.source import is_cell, name_of, parse
 
 IDLE = ("sleep", "print", "spin_once")  # calls in a loop that only waits
 ASKS = ("service_is_ready", "wait_for_service", "server_is_ready", "wait_for_server")  # methods of a client
+# A program run by a shell, as in a cell, or as IPython writes it; nothing stands before or behind it.
+RUN = re.compile(r"""(?:^!|\.system\(['"])\s*python3?\s+(?:-u\s+)?([\w/.-]+\.py)\b[\w\s.:=-]*(?:$|['"]\))""")
 CLOCK = re.compile(r"\b(?:time|monotonic|perf_counter|now)\b")  # such a loop may have a limit
 
 
@@ -58,6 +63,16 @@ def cell_loop(thread: int) -> CellLoop | None:
         ):
             return CellLoop(loop.lineno, ast.unparse(loop.test), _client(loop.test, frame))
     return None
+
+
+def server_waited_for(thread: int) -> str:
+    """Return the file for whose end the cell of this thread waits, `!python3 server.py`, if it is that of a server."""
+    frame: FrameType | None = sys._current_frames().get(thread)
+    while frame is not None and not is_cell(frame.f_code.co_filename):
+        frame = frame.f_back
+    line = linecache.getline(frame.f_code.co_filename, frame.f_lineno) if frame else ""
+    found = RUN.search(line)
+    return found[1] if found and serves(text_at(Path(found[1]))) else ""
 
 
 def _only_waits(statement: ast.stmt) -> bool:

@@ -2,6 +2,9 @@
 
 import pytest
 
+from course.ros import parameter_services
+
+CALL = parameter_services.call
 NODE = "/parameter_node"
 NAMES = """\
   debug_mode
@@ -173,3 +176,47 @@ def test_delete(ros2):
     assert gone.stderr == "Parameter not set\n"
     assert refused.returncode == 0
     assert refused.stderr.startswith("Deleting parameter failed: ")
+
+
+class Unanswered:
+    """A graph with a node whose parameter services are there and do not answer before the third look."""
+
+    def __init__(self):
+        self.node = self
+        self.asked = []
+        self.looks = 0
+
+    def create_client(self, service, name):
+        return self
+
+    def service_is_ready(self):
+        return True
+
+    def call_async(self, request):
+        self.asked.append(request)
+        return self
+
+    def done(self):
+        return self.looks > 3
+
+    def result(self):
+        return self.asked[-1]
+
+    def wait_until(self, ready, timeout):
+        return ready()
+
+    def spin(self, until, timeout):
+        self.looks += 1
+        return until()
+
+
+@pytest.mark.parametrize(("kind", "asked"), [("ListParameters", 4), ("SetParameters", 1)])
+def test_a_node_that_does_not_answer_is_told_once_while_it_is_asked(monkeypatch, capsys, kind, asked):
+    monkeypatch.setattr(parameter_services, "TELL", 0.0)
+    graph = Unanswered()
+    monkeypatch.setattr(parameter_services, "call", lambda *_: None)  # that comes before something is set
+    assert CALL(graph, "busy", kind) is graph.asked[-1]
+    assert len(graph.asked) == asked  # a set is sent once
+    assert capsys.readouterr().err == (
+        "still waiting: /busy does not answer. Is it in a callback that does not return? Ctrl-C ends this.\n"
+    )

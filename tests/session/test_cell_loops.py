@@ -6,11 +6,14 @@ import linecache
 import threading
 import time
 from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from std_srvs.srv import Trigger
 
 from course.foundation.waiting import wait_until
+from course.session import cell_loops
 from course.session.cell_loops import cell_loop
 from course.session.live import Session
 
@@ -89,3 +92,24 @@ def test_a_cell_with_a_limit_or_that_works_is_left_alone(text):
     with Cell(text) as thread:
         time.sleep(0.3)
         assert cell_loop(thread) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "is_told"),
+    [
+        ("get_ipython().system('python3 server.py')", True),
+        ("!python3 server.py --ros-args -p rate:=2.0", True),
+        ("!python3 client.py", False),
+        ("!python3 server.py &", False),
+        ("!timeout 5 python3 server.py", False),
+        ("print('python3 server.py')", False),
+    ],
+)
+def test_a_cell_that_waits_for_the_end_of_a_server(tmp_path, monkeypatch, line, is_told):
+    monkeypatch.chdir(tmp_path)
+    Path("server.py").write_text("node.create_service(Trigger, 'ask', ask)\n")
+    Path("client.py").write_text("node.create_client(Trigger, 'ask')\n")
+    frame = SimpleNamespace(f_code=SimpleNamespace(co_filename="<ipython-input-1>"), f_lineno=1, f_back=None)
+    monkeypatch.setattr(cell_loops.sys, "_current_frames", lambda: {1: frame})
+    monkeypatch.setattr(cell_loops.linecache, "getline", lambda name, number: f"{line}\n")
+    assert cell_loops.server_waited_for(1) == ("server.py" if is_told else "")
