@@ -260,7 +260,7 @@ def _news_after(result: Any, *_: Any) -> None:
     if session is not None:
         late = time.monotonic() - _began[0] > LATE
         asked = [*ASKS.findall(cell), *(f"{node}/get_parameters" for node in PARAMETERS.findall(cell))] if late else []
-        for at in filter(None, (session.doing(f"/{name}") for name in dict.fromkeys(asked))):
+        for at in filter(None, (session.doing(f"/{name}", groups=False) for name in dict.fromkeys(asked))):
             print(at, file=sys.stderr)
         for text in session.watch.notices():
             print(text, file=sys.stderr)

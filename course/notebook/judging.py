@@ -41,6 +41,7 @@ from course.session.offered import other_names
 from course.session.presence import Presence
 from course.session.source import (
     CALLBACKS,
+    ONE_AT_A_TIME,
     SLEEPS,
     argument,
     blocked,
@@ -71,10 +72,6 @@ KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it
 BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
 MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
 LOOK = 0.05  # s between two looks at it
-ONE_AT_A_TIME = (
-    "The callback group of {0}, without a `callback_group` the node's default one, lets one callback run at a time: "
-    "each call begins only when the one before has ended, also while that one waits."
-)
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit

@@ -44,6 +44,11 @@ def is_initialized(node: Node) -> bool:
     return hasattr(node, "_Node__node")
 
 
+def is_executing(entity: Any) -> bool:
+    """Return True if a callback of this service, client or timer keeps its exclusive callback group closed now."""
+    return getattr(entity.callback_group, "_active_entity", None) is entity
+
+
 def cancel_pending_requests(client: Client) -> None:
     """Cancel the requests that wait for an answer, so that no callback waits forever.
 

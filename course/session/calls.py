@@ -28,7 +28,7 @@ from course.session.node_process import NodeProcess
 from course.session.offered import may_serve, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
-from course.session.source import answering, blocked, wrong_result
+from course.session.source import ONE_AT_A_TIME, answering, blocked, wrong_result
 from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
@@ -249,11 +249,19 @@ class Calls:
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames), *why])
         return ""
 
-    def doing(self, name: str) -> str:
-        """Return where what serves the service or action `name` is now, at two looks; '' if it only waits."""
+    def doing(self, name: str, *, groups: bool = True) -> str:
+        """Return where what serves the service or action `name` is now, at two looks; '' if it only waits.
+
+        Also why its callback group lets no other call of the service begin, or its own never end, unless not `groups`.
+        """
         for service in (name, f"{name}{SEND}"):
             if self._doing(service) and (at := self._doing(service)):
                 return at.strip()
+        nodes = [each for each in list(self._handles.values()) if isinstance(each, LiveNode) and name in each.services]
+        for node in nodes if groups else ():
+            if node.keeps_callers_waiting(name):
+                why = self._blocked(name)
+                return f"{node.name}: {why}" if why else ONE_AT_A_TIME.format(name)
         return ""
 
     def _blocked(self, service: str) -> str:

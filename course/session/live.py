@@ -391,9 +391,12 @@ class Session:
             return self._calls.apart(end)
         return unmatched(self.node, end, self._handles)
 
-    def doing(self, name: str) -> str:
-        """Return lines that say in which callback the server of the service or action `name` is; '' if in none."""
-        return self._calls.doing(name)
+    def doing(self, name: str, *, groups: bool = True) -> str:
+        """Return lines that say in which callback the server of the service or action `name` is; '' if in none.
+
+        Or, with `groups`, why its callback group lets no other call of the service begin.
+        """
+        return self._calls.doing(name, groups=groups)
 
     def cannot_come(self, maker: str, name: str) -> bool:
         """Return True if programs of this session run, and none can make `name` by `maker` (`create_service`)."""

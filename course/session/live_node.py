@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from course.ros.names import SEND, is_hidden
-from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult
+from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult, is_executing
 from course.session.failure_report import GOAL_ENDING, FailureReport, Frame, cell_of, of_goal, of_no_result, text_of
 from course.session.logs import Logs
 from course.session.source import class_text
@@ -95,6 +95,10 @@ class LiveNode:
         groups = {each.callback_group for each in self.node.services if each.service_name == service}
         exclusive = {group for group in groups if isinstance(group, MutuallyExclusiveCallbackGroup)}
         return any(client.callback_group in exclusive for client in self.node.clients)
+
+    def keeps_callers_waiting(self, service: str) -> bool:
+        """Return True if a call of `service` has begun, and keeps its exclusive callback group closed until it ends."""
+        return any(is_executing(each) for each in self.node.services if each.service_name == service)
 
     @property
     def raised(self) -> int:

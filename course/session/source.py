@@ -39,6 +39,10 @@ NOTHING_ELSE = (
 )
 ONLY_ITS_EXECUTOR = "only its own executor can receive, and the executor is busy with this callback."
 AWAIT = " Make it `async def`, write `await client.call_async(...)`, and give the client a callback group of its own."
+ONE_AT_A_TIME = (
+    "The callback group of {0}, without a `callback_group` the node's default one, lets one callback run at a time: "
+    "each call begins only when the one before has ended, also while that one waits."
+)
 ENDS = ("exit", "_exit", "quit")
 
 

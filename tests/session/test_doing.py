@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 from rclpy.task import Future
 from std_srvs.srv import Trigger
@@ -318,3 +319,36 @@ def test_a_program_that_only_uses_the_processor_is_not_waited_for(session, tmp_p
     with pytest.raises(CallTimeout, match=r"created no node. It was here:\n  server\.py, line 2\d\n"):
         session.start(file)
     assert time.monotonic() - began < started_nodes.USUAL  # the limit is not waited for
+
+
+class Awaiting(Node):
+    """Awaits what never comes; `group` is that of its service."""
+
+    group = None
+
+    def __init__(self):
+        super().__init__("awaiting")
+        self.never, self.begun = Future(), 0
+        self.create_service(Trigger, "/awaits", self.ask, callback_group=self.group and self.group())
+
+    async def ask(self, request, response):
+        self.begun += 1
+        await self.never
+        return response
+
+
+class AwaitingReentrant(Awaiting):
+    group = ReentrantCallbackGroup
+
+
+@pytest.mark.parametrize(("cls", "begun", "told"), [(Awaiting, 1, True), (AwaitingReentrant, 2, False)])
+def test_a_group_that_lets_no_other_call_begin_is_told_while_one_awaits(session, cls, begun, told):
+    node = session.start(cls).node
+    client = session.node.create_client(Trigger, "/awaits")
+    client.wait_for_service(timeout_sec=5.0)
+    assert session.doing("/awaits") == ""  # nobody has asked
+    futures = [client.call_async(Trigger.Request()) for _ in range(2)]
+    assert session.until(lambda: node.begun == begun)
+    assert ("lets one callback run at a time" in session.doing("/awaits")) == told
+    assert session.doing("/awaits", groups=False) == ""
+    assert not any(future.done() for future in futures)
