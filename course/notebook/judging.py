@@ -2,7 +2,6 @@
 
 import ast
 import contextlib
-import os
 import re
 import signal
 import subprocess
@@ -34,7 +33,7 @@ from course.session.guards import interruptible
 from course.session.hangs import NOT_SPUN, THREADS
 from course.session.hints import never_called
 from course.session.hints import type_name as field_type
-from course.session.lines_that_wait import remark
+from course.session.lines_that_wait import executor_threads, remark
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
 from course.session.offered import other_names
@@ -445,13 +444,11 @@ def one_thread(file: str) -> str:
 def few_threads(file: str, callers: int) -> str:
     """Return lines about an executor that has not more threads than so many callers can block; '' otherwise."""
     source = text_at(Path(file))
-    made = list(calls(parse_program(source), "MultiThreadedExecutor"))
-    given = argument(made[0], 0, "num_threads") if len(made) == 1 else None
-    count = getattr(given, "value", None) if given else os.cpu_count()
-    if len(made) != 1 or not isinstance(count, int) or count > callers:
+    line, count, given = executor_threads(source)
+    if not 0 < count <= callers:
         return ""
     return (
-        f"\n{frame_at(file, made[0].lineno, source)}\n"
+        f"\n{frame_at(file, line, source)}\n"
         f"This has {count} threads{'' if given else ', one for each processor'}. A callback that blocks while it waits "
         f"keeps one of them, and {callers} callers at once leave none that could receive an answer."
     )

@@ -16,11 +16,11 @@ from course.errors import CallTimeout, LiveError, NodeFailed
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
-from course.session.failure_report import of_thread
+from course.session.failure_report import Frame, of_thread
 from course.session.guards import say
 from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import is_of
-from course.session.lines_that_wait import remark
+from course.session.lines_that_wait import crowded, remark
 from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
@@ -227,13 +227,18 @@ class Calls:
         asked = name if name in server.services else f"{name}{SEND}"
         asked_before = server in self._owing or time.time() - server.started > time.monotonic() - beside
         limit = math.inf if asked_before else limit
-        patience = Patience(lambda: server.unspun() or server.hang(answering(server.source, name), limit))
+
+        def find() -> tuple[Frame, ...]:
+            return server.unspun() or server.hang(answering(server.source, name), limit) or server.deadlocked()
+
+        patience = Patience(find)
 
         def look() -> str:
             frames = patience.exhausted()
             if not frames or self.node.count_services(asked) != 1:
                 return ""
-            return "\n".join(["", f"{server.name} is here:", *map(str, frames)])
+            why = crowded(server.source, server.in_calls())
+            return "\n".join(["", f"{server.name} is here:", *map(str, frames), *why])
 
         return look
 
@@ -245,7 +250,9 @@ class Calls:
                 and service in ("", *handle.services)
                 and (frames := handle.doing())
             ):
-                why = remark(frames, handle.source) if isinstance(handle, NodeProcess) else []
+                why: list[str] = []
+                if isinstance(handle, NodeProcess):
+                    why = remark(frames, handle.source) or crowded(handle.source, handle.in_calls())
                 return "\n".join(["", f"{handle.name} is here:", *map(str, frames), *why])
         return ""
 

@@ -84,6 +84,19 @@ def unspun(stacks: str, path: Path) -> tuple[Frame, ...]:
     return beginning(stacks, path, endless=True)
 
 
+def in_calls(stacks: str, path: Path) -> int:
+    """Return the number of threads of the program at `path` that block in a `call(...)` of a callback."""
+    lines = text_at(path).splitlines()
+    found = 0
+    for thread in threads(stacks):
+        calling = [number for number, call in enumerate(thread) if of_rclpy(call)[0] in CALLING]
+        inside = thread[: calling[-1] if calling else 0]
+        chain = [call for call in inside if is_own(call, path)]
+        blocks = ("client.py", "call") in map(of_rclpy, inside)
+        found += blocks and bool(chain) and chain[0][1] <= len(lines) and ".call(" in lines[chain[0][1] - 1]
+    return found
+
+
 def _shortest_sleep(tree: ast.Module, line: int) -> float:
     """Return the shortest time (s) that a `sleep` in a line takes; 0 if a time is not written out."""
     here = [call for call in calls(tree, "sleep") if _covers(call, line)]

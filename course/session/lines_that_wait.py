@@ -1,6 +1,7 @@
 """Why a program waits in vain at one of its lines, and what to write there: from its text, where that is certain."""
 
 import ast
+import os
 import re
 from collections.abc import Sequence
 
@@ -34,6 +35,27 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     future = ast.unparse(waits.func.value)
     instead = f"`rclpy.spin_until_future_complete({_node(tree, at.line)}, {future})`"
     return [f"Nothing spins the node while this loop waits, so no answer comes: write {instead} in its place."]
+
+
+def crowded(source: str, in_calls: int) -> list[str]:
+    """Return a line on an executor all of whose threads, at least `in_calls`, block in a `call(...)`; [] otherwise."""
+    _, count, _ = executor_threads(source)
+    others = "SingleThreadedExecutor(" in source or THREADS.search(source)  # which may receive the answer
+    if others or not 0 < count <= in_calls:
+        return []
+    why = f"All {count} threads of its executor wait in such a call, so none is left that could receive an answer"
+    return [f"{why}: give it more, or write `await client.call_async(...)`, which keeps none."]
+
+
+def executor_threads(source: str) -> tuple[int, int, bool]:
+    """Return the line that makes the only MultiThreadedExecutor of a program, and how many threads it has.
+
+    And whether the program says so; (0, 0, False) if that is unknown.
+    """
+    made = list(calls(parse(source), "MultiThreadedExecutor"))
+    given = argument(made[0], 0, "num_threads") if len(made) == 1 else None
+    count = getattr(given, "value", None) if given else os.cpu_count()
+    return (made[0].lineno, count, bool(given)) if len(made) == 1 and isinstance(count, int) else (0, 0, False)
 
 
 def _is_of_a_rate(code: str, tree: ast.Module) -> bool:

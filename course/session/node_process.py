@@ -29,6 +29,7 @@ from course.session.failure_report import (
     of_program,
     text_at,
 )
+from course.session.lines_that_wait import crowded, executor_threads
 from course.session.logs import LONGEST, node_of_line
 from course.session.stacks import Stacks
 
@@ -256,6 +257,16 @@ class NodeProcess:
         """Return the frames of the program if a loop keeps it from spinning its node, as `hangs.unspun` does."""
         may = self.alive and "while" in self.source  # most have no loop, and are not asked
         return self._stacks.unspun(self.pid, self.path) if may else ()
+
+    def in_calls(self) -> int:
+        """Return the number of its threads that block in a `call(...)`, as `hangs.in_calls` does."""
+        return self._stacks.in_calls(self.pid, self.path) if self.alive else 0
+
+    def deadlocked(self) -> tuple[Frame, ...]:
+        """Return the frames of a callback if all threads of its executor wait for answers, without a limit; else ()."""
+        source = self.source
+        may = ".call(" in source and "timeout_sec" not in source and executor_threads(source)[1]
+        return self.doing() if may and crowded(source, self.in_calls()) else ()
 
     def endless_wait(self) -> str:
         """Return why the program waits without end where there is no server, as `endless_waits.endless_wait` does."""

@@ -15,7 +15,7 @@ from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.session.endless_waits import EndlessSpin, endless_spin, endless_wait, is_at_rest
 from course.session.failure_report import Frame, where
-from course.session.hangs import beginning, hang, unspun
+from course.session.hangs import beginning, hang, in_calls, unspun
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to write its stacks
@@ -74,6 +74,10 @@ class Stacks:
     def unspun(self, pid: int, path: Path) -> tuple[Frame, ...]:
         """Return the frames of the process if a loop keeps it from spinning its node, as `hangs.unspun` does."""
         return unspun(self._written(pid), path)
+
+    def in_calls(self, pid: int, path: Path) -> int:
+        """Return the number of threads of the process that block in a `call(...)`, as `hangs.in_calls` does."""
+        return in_calls(self._written(pid), path)
 
     def exits(self, path: Path) -> tuple[Frame, ...]:
         """Return the frames, in the file at `path`, of the last call of `exit()` in another thread than the main one.

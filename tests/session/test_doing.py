@@ -101,6 +101,16 @@ def test_a_callback_that_cannot_answer_in_time_is_told_before_the_limit(session,
     assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {body}")
 
 
+def test_an_executor_whose_threads_all_wait_for_an_answer_is_told_before_the_limit(session, tmp_path):
+    file = tmp_path / "server.py"
+    asks = "self.create_client(Trigger, '/never').call(Trigger.Request())"
+    file.write_text(SERVER.format(body=asks, spin=THREADS.replace("4", "1"), call="main()"))
+    session.start(file)
+    with pytest.raises(CallTimeout, match="/ask will not answer within 20 s") as told:
+        session.call("/ask", Trigger, timeout=20.0)
+    assert "All 1 threads of its executor wait in such a call" in str(told.value)
+
+
 @pytest.mark.parametrize(("rebuilt", "limit", "what"), [("std_srvs", 5.0, "will not"), ("std_msgs", 1.7, "did not")])
 def test_a_request_that_a_server_with_an_old_definition_drops_is_not_waited_for(
     session, tmp_path, rebuilt, limit, what

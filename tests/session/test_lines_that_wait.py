@@ -3,7 +3,7 @@
 import pytest
 
 from course.session.failure_report import Frame
-from course.session.lines_that_wait import remark
+from course.session.lines_that_wait import crowded, remark
 
 POLLS = """class Client(Node):
     def __init__(self):
@@ -50,3 +50,19 @@ def test_a_line_that_waits_in_vain(line, function, end, says):
 def test_a_loop_that_spins_is_no_wait_in_vain():
     source = POLLS.format(loop="while not future.done(): rclpy.spin_once(self)", end="pass")
     assert remark([Frame("client.py", 8, "run", source.splitlines()[7].strip())], source) == remark([], source) == []
+
+
+@pytest.mark.parametrize(
+    ("source", "in_calls", "told"),
+    [
+        ("MultiThreadedExecutor(num_threads=3)", 3, True),
+        ("MultiThreadedExecutor(num_threads=3)", 2, False),
+        ("MultiThreadedExecutor(3)\nSingleThreadedExecutor()", 3, False),
+        ("MultiThreadedExecutor(3)\nThread(target=other.spin)", 3, False),
+        ("MultiThreadedExecutor(3)\nMultiThreadedExecutor(3)", 6, False),
+        ("MultiThreadedExecutor(count)", 9, False),
+        ("rclpy.spin(node)", 1, False),
+    ],
+)
+def test_an_executor_without_a_thread_that_could_receive_an_answer(source, in_calls, told):
+    assert [line.startswith("All 3 threads") for line in crowded(source, in_calls)] == [True] * told
