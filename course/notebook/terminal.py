@@ -19,7 +19,7 @@ from course.foundation import processes
 from course.foundation.waiting import lookouts, wait_until
 from course.session import ros_1
 from course.session.endless_waits import EndlessSpin
-from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at
+from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at, without_ignored
 from course.session.guards import say
 from course.session.lines_that_wait import remark
 from course.session.live import Session, current
@@ -346,13 +346,12 @@ def _lines_of(frames: tuple[Frame, ...], path: Path) -> str:
 
 def _folded(path: Path, output: str, status: int) -> str:
     """Return a program's output without the libraries' lines of its traceback."""
-    before, mark, rest = output.rpartition(MARK)
+    before, mark, rest = without_ignored(output).rpartition(MARK)
     report = of_program(path, output, status)
-    if not (mark and report.error and report.frames):
+    if not (mark and report.error and (report.frames or report.hint)):
         return output
-    own = "\n".join(map(str, report.frames))
-    hint = f"\nHint: {report.hint}" if report.hint else ""
-    return f"{before}Traceback (its {rest.count('  File ')} calls, folded):\n{own}\n{report.error}{hint}\n"
+    lines = [*map(str, report.frames), report.error, *([f"Hint: {report.hint}"] if report.hint else [])]
+    return "\n".join([f"{before}Traceback (its {rest.count('  File ')} calls, folded):", *lines, ""])
 
 
 def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:

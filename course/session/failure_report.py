@@ -83,6 +83,7 @@ NODE_ENDED = (
     "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
     "this line out."
 )
+IGNORED = re.compile(rf"^Exception ignored in: .*\n{re.escape(MARK)}\n(?: .*\n)*\S.*\n?", re.MULTILINE)
 GUARDED = "`{}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
 NEVER_CALLED = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
 MANY = 20  # calls of the reader's own functions: more are a recursion
@@ -160,6 +161,11 @@ class FailureReport:
         return "\n".join([head, *map(str, self.frames), *([f"Hint: {self.hint}"] if self.hint else [])])
 
 
+def without_ignored(output: str) -> str:
+    """Return a program's output without the exceptions that Python ignores, which follow another one."""
+    return IGNORED.sub("", output)
+
+
 def of_program(
     path: Path, output: str, status: int, *, before_its_node: bool = False, exited: tuple[Frame, ...] = ()
 ) -> FailureReport:
@@ -168,7 +174,7 @@ def of_program(
     `exited` are the frames of the call of `exit()` that has ended it, if known.
     """
     source = text_at(path)
-    output = _up_to_its_end(output, path)
+    output = _up_to_its_end(without_ignored(output), path)
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
     callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)

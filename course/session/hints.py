@@ -637,6 +637,9 @@ def _after_the_shutdown(source: str) -> str:
 
 def _without_a_context(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a spin, or an executor, where rclpy has no context: it is not there yet, or is shut down."""
+    if not code:  # the line of a spin in main() is not shown
+        late = [each for each in functions(parse(source)) if _spins_after_the_shutdown(each)]
+        return _after_the_shutdown(source) if late else ""
     if not re.search(r"\bspin\w*\(|Executor\(", code):
         return ""
     if "rclpy.init(" in source:
@@ -650,6 +653,11 @@ def _without_a_context(found: re.Match[str], source: str, code: str) -> str:
             "`await client.call_async(...)`."
         )
     return f"In a notebook an executor needs the context of the node: `{made[1]}(context=node.context)`."
+
+
+def _spins_after_the_shutdown(function: ast.AST) -> bool:
+    ends = [call.lineno for name in ("shutdown", "try_shutdown") for call in calls(function, name)]
+    return any(end < call.lineno for end in ends for call in calls(function, "spin"))
 
 
 def _follows_the_shutdown(code: str, source: str) -> bool:

@@ -121,6 +121,27 @@ def test_a_traceback_has_the_lines_of_the_program_alone(tmp_path):
     assert output.splitlines()[0] == "begun" and output.splitlines()[4].startswith("json.decoder.JSONDecodeError: ")
 
 
+RAISES_TWICE = """import sys
+class Node:
+    def __del__(self):
+        self.ended
+
+def ask(words):
+    int(words)
+
+sys.excepthook = lambda *error: (sys.__excepthook__(*error), Node())
+ask('{')
+"""
+
+
+def test_an_exception_that_python_ignores_hides_no_other(tmp_path):
+    output, _ = run(tmp_path, RAISES_TWICE)
+    assert (
+        "Traceback (its 2 calls, folded):\n  client.py, line 7, in ask\n    int(words)\nValueError: invalid" in output
+    )
+    assert "__del__" not in output
+
+
 def test_a_program_that_ends_by_itself_is_shown_as_it_is(tmp_path):
     assert run(tmp_path, "import sys\nprint('no answer')\nsys.exit(3)\n") == ("no answer\n", 3)
 

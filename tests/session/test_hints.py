@@ -157,6 +157,8 @@ INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid 
         ),
         (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin_once(node)", "`rclpy.try_shutdown()` in line 4 has already run"),
         (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin(node)", ""),
+        (NO_CONTEXT, SHUTS_DOWN, "", ""),
+        (NO_CONTEXT, SHUTS_DOWN.replace("spin_once", "spin"), "", "`rclpy.try_shutdown()` in line 4 has already run"),
         (NO_CONTEXT, "with self.lock:\n    pass", "with self.lock:", ""),
         (NO_CONTEXT, NESTED, "executor = SingleThreadedExecutor()", "A callback needs no executor of its own"),
         (
