@@ -44,6 +44,34 @@ def clearance(point: ArrayLike, segments: Floats) -> float:
     return float(np.sqrt(np.einsum("ij,ij->i", gaps, gaps).min()))
 
 
+def outlines(segments: Floats) -> list[Floats]:
+    """Return the closed outlines among `segments` (m), each as its corners (m, shape (k, 2)).
+
+    An outline is found if its segments come in turn, as `polyline` makes them; single walls are left out.
+    """
+    found: list[Floats] = []
+    chain: list[tuple[float, float]] = []
+    for (x, y), (to_x, to_y) in segments.tolist():
+        if not chain or chain[-1] != (x, y):
+            chain = [(x, y)]
+        chain.append((to_x, to_y))
+        if chain[-1] in chain[:-1]:
+            first = chain.index(chain[-1])
+            found.append(np.array(chain[first:-1]))
+            chain = chain[-1:]
+    return found
+
+
+def is_inside(point: tuple[float, float], outline: Floats) -> bool:
+    """Return True if `point` (x m, y m) is inside of a closed outline (m, shape (k, 2))."""
+    x, y = point
+    begin, end = outline, np.roll(outline, -1, axis=0)
+    crosses = (begin[:, 1] > y) != (end[:, 1] > y)  # the line through the point along x
+    rise = np.where(crosses, end[:, 1] - begin[:, 1], 1.0)
+    at = begin[:, 0] + (y - begin[:, 1]) / rise * (end[:, 0] - begin[:, 0])
+    return bool(np.count_nonzero(crosses & (at > x)) % 2)
+
+
 def nearest_point(point: ArrayLike, segments: Floats) -> tuple[float, float]:
     """Return the point (x m, y m) of `segments`, at least one, that is nearest to `point` (x m, y m)."""
     gaps = _gaps(point, segments)

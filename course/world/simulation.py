@@ -10,12 +10,23 @@ from numpy.typing import NDArray
 
 from course.errors import WorldError
 from course.foundation.calls import fitting, is_number, is_whole
-from course.world.geometry import MOST_ANGLE, Floats, Pose, RayCaster, circle, clearance, nearest_point
+from course.world.geometry import (
+    MOST_ANGLE,
+    Floats,
+    Pose,
+    RayCaster,
+    circle,
+    clearance,
+    is_inside,
+    nearest_point,
+    outlines,
+)
 from course.world.laser import Laser
 from course.world.rooms import Room, find
 
 MAX_STEP = 0.01  # s, the longest move between two collision checks: 5 mm at the robot's full speed
 OBSTACLE = 0.15  # m, radius of a dropped obstacle: smaller than the robot, so that the robot cannot be inside
+NEARLY = 1e-6  # m, a rounding error
 AWAY = 0.02  # m that the robot must back off before touching the obstacle again counts as a new collision
 
 
@@ -47,13 +58,33 @@ def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
     return x + chord * math.cos(middle), y + chord * math.sin(middle), math.remainder(heading + turn, 2.0 * math.pi)
 
 
-def in_the_way(point: tuple[float, float], radius: float, segments: Floats) -> str:
-    """Return why a round robot of `radius` (m) cannot stand at `point` (m) between `segments`, or ""."""
+def in_the_way(
+    point: tuple[float, float], radius: float, segments: Floats, robot: tuple[float, float] | None = None
+) -> str:
+    """Return why a round robot of `radius` (m) cannot stand at `point` (m) between `segments`, or "".
+
+    `robot` (m) is a place where it can stand: what has closed walls around the point alone is a solid block.
+    """
     if len(segments):
         points = segments.reshape(-1, 2)
         if np.any(point < points.min(axis=0)) or np.any(point > points.max(axis=0)):
             return "it is outside the room"
-    return "it would touch an obstacle" if clearance(point, segments) <= radius else ""
+    if clearance(point, segments) <= radius:
+        return "it would touch an obstacle"
+    return "" if robot is None else _apart(point, robot, segments)
+
+
+def no_room(point: tuple[float, float], radius: float, segments: Floats, robot: tuple[float, float]) -> str:
+    """Return why an obstacle of `radius` (m) makes no sense at `point` (m), where no `robot` (m) meets it, or ""."""
+    return _apart(point, robot, segments) if clearance(point, segments) > radius + NEARLY else ""
+
+
+def _apart(point: tuple[float, float], robot: tuple[float, float], segments: Floats) -> str:
+    """Return what keeps a robot at `robot` (m) from `point` (m) for certain: a closed outline around one of them."""
+    for outline in outlines(segments):
+        if is_inside(point, outline) != is_inside(robot, outline):
+            return "it is outside the room" if is_inside(robot, outline) else "it is inside an obstacle"
+    return ""
 
 
 @dataclass(frozen=True)
@@ -117,12 +148,13 @@ class Simulation:
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad), at rest; its history is kept.
 
-        Raises WorldError if it would touch an obstacle or be outside the room, and for a number that is not finite.
+        Raises WorldError if it would touch an obstacle, be inside one or outside the room, and for a number that is not
+        finite.
         """
         if np.shape(pose) != (3,) or not all(map(is_number, pose)) or abs(pose[2]) > MOST_ANGLE:
             raise WorldError(f"a pose is three finite numbers, x (m), y (m) and heading (rad), not {pose!r:.60}")
         x, y, heading = pose
-        if obstacle := in_the_way((x, y), self.robot.radius, self.room.segments):
+        if obstacle := in_the_way((x, y), self.robot.radius, self.room.segments, self.room.start[:2]):
             raise WorldError(f"the robot cannot stand at x={x:.2f} m, y={y:.2f} m: {obstacle}")
         self.pose, self.velocity, self.touching = (x, y, math.remainder(heading, 2.0 * math.pi)), (0.0, 0.0), False
         self._path.append((self.time, *self.pose))
@@ -131,12 +163,15 @@ class Simulation:
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
         """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation does not have it.
 
-        Raises WorldError if the robot stands there, and for a number that is not finite.
+        Raises WorldError if the robot stands there, if the place is inside an obstacle or outside the room, and for a
+        number that is not finite.
         """
         if not (is_number(x) and is_number(y) and is_number(radius, 0.0)):
             raise WorldError("an obstacle has finite numbers: x (m), y (m) and its radius (m)")
         if math.dist((x, y), self.pose[:2]) <= radius + self.robot.radius:
             raise WorldError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: the robot stands there")
+        if why := no_room((x, y), radius, self.room.segments, self.room.start[:2]):
+            raise WorldError(f"no obstacle fits at x={x:.2f} m, y={y:.2f} m: {why}")
         self.room = replace(self.room, segments=np.concatenate([self.room.segments, circle(x, y, radius)]))
         self._caster = RayCaster(self.room.segments)
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from course.environment import prepare
+from course.errors import WorldError
 from course.robot.agent import ObstacleAvoidanceAI
 from course.robot.sectors import sectors
 from course.session.domains import claim_domain
@@ -157,6 +158,48 @@ def test_the_robot_is_placed_where_it_can_stand_and_an_obstacle_lasts_until_a_re
         simulation.drop(4.3, 3.0)
     assert simulation.pose == pytest.approx((4.0, 3.0, math.pi))
     assert len(ROOMS["hall"].segments) == 4, "the room itself was changed"
+
+
+HOUSE = Room.from_data(  # a room in a house; a block and a wall in front of it; a desk that touches the other's corner
+    {
+        "boxes": [[-1, -1, 11, 7], [0, 0, 10, 6], [4, 2, 6, 4], [6, 4, 7, 5]],
+        "polygons": [[[7, 0], [10, 0], [10, 3]]],
+        "walls": [[[3.2, 2], [3.2, 4]], [[8, 4], [9, 4], [9, 5], [8, 5]]],
+        "start": [1, 1, 0],
+    }
+)
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "why"),
+    [
+        (5.0, 3.0, "inside an obstacle"),
+        (6.5, 4.5, "inside an obstacle"),
+        (9.0, 1.0, "inside an obstacle"),  # outside of the slanted wall
+        (-0.5, 3.0, "outside the room"),  # between the room and the house around it
+        (3.6, 3.0, ""),  # between a wall and the block
+        (8.5, 4.5, ""),  # between walls that leave a way in
+        (7.4, 3.0, ""),
+        (2.0, 5.0, ""),
+    ],
+)
+def test_neither_a_robot_nor_an_obstacle_is_put_where_closed_walls_keep_the_robot_away(x, y, why):
+    simulation = Simulation(HOUSE, QUIET)
+    for put in (lambda: simulation.place((x, y, 0.0)), lambda: simulation.drop(x, y, 0.05)):
+        if why:
+            with pytest.raises(WorldError, match=why):
+                put()
+        else:
+            put()
+            simulation.place((1.0, 1.0, 0.0))
+
+
+def test_an_obstacle_may_stand_in_a_wall_and_in_another_one():
+    simulation = Simulation("corridor", QUIET)
+    for x in (1.75, 1.75, 0.02):
+        simulation.drop(x, 3.0)
+    with pytest.raises(WorldError, match="no obstacle fits at x=4.00 m, y=3.00 m: it is inside an obstacle"):
+        simulation.drop(4.0, 3.0)
 
 
 # Rooms

@@ -16,7 +16,7 @@ from course.lab.kernel.robot_listener import RobotListener, close_listener, list
 from course.world.geometry import Floats
 from course.world.node import World
 from course.world.rooms import ROOMS
-from course.world.simulation import OBSTACLE, Robot, in_the_way
+from course.world.simulation import OBSTACLE, Robot, in_the_way, no_room
 
 FOUND = 5.0  # s that the world may take to be discovered, and to react to a command
 NEAR = 0.3  # m from the place where the robot was put, because it may drive on
@@ -143,7 +143,7 @@ def reset() -> None:
 def place(x: float, y: float, heading: float) -> None:
     """Put the robot at x, y (m) with this heading (rad); raises LiveError where it cannot stand."""
     listener = listener_in_use()
-    if obstacle := in_the_way((x, y), Robot().radius, _segments(listener)):
+    if obstacle := in_the_way((x, y), Robot().radius, _segments(listener), _where(listener)):
         raise LiveError(f"The robot cannot stand there: {obstacle}.")
     message = PoseWithCovarianceStamped()
     message.header.frame_id = "odom"
@@ -153,19 +153,21 @@ def place(x: float, y: float, heading: float) -> None:
     _tell(listener, "initialpose", message)
 
     def there() -> bool:
-        pose = (listener.robot() or {}).get("pose")
-        return pose is not None and math.dist((x, y), pose[:2]) < NEAR
+        stands = _where(listener)
+        return stands is not None and math.dist((x, y), stands) < NEAR
 
     if not wait_until(there, FOUND, alert=False):
         raise LiveError("The world could not place the robot there; its log says why.")
 
 
 def drop(x: float, y: float) -> None:
-    """Drop an obstacle at x, y (m); raises LiveError where the robot stands."""
+    """Drop an obstacle at x, y (m); raises LiveError where the robot stands, and where it can never be."""
     listener = listener_in_use()
-    pose = (listener.robot() or {}).get("pose")
-    if pose and math.dist((x, y), pose[:2]) <= OBSTACLE + Robot().radius:
+    stands = _where(listener)
+    if stands and math.dist((x, y), stands) <= OBSTACLE + Robot().radius:
         raise LiveError("No obstacle fits there: the robot stands there.")
+    if stands and (why := no_room((x, y), OBSTACLE, _segments(listener), stands)):
+        raise LiveError(f"No obstacle fits there: {why}.")
     message = PointStamped()
     message.header.frame_id = "odom"
     message.point.x, message.point.y = float(x), float(y)
@@ -173,6 +175,12 @@ def drop(x: float, y: float) -> None:
     _tell(listener, "clicked_point", message)
     if not wait_until(lambda: listener.walls()[0] is not before, FOUND, alert=False):
         raise LiveError("The world dropped no obstacle: its log says why.")
+
+
+def _where(listener: RobotListener) -> tuple[float, float] | None:
+    """Return where the robot is, x m, y m; None if unknown."""
+    x, y, _ = (listener.robot() or {}).get("pose") or (None, None, None)
+    return None if x is None or y is None else (x, y)
 
 
 def _segments(listener: RobotListener) -> Floats:
