@@ -39,6 +39,7 @@ from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
 MOST_RATE = 1000.0  # Hz
+IDLE = 0.5  # s without a move, after which a world does not simulate
 COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
 PATIENCE = 3.0  # s without a driver, after which the reader is told that a drive waits for one
@@ -92,6 +93,7 @@ class World(Node):
 
         self._now = 0  # ns of simulated time
         self.received = 0  # commands since the start
+        self._moved = 0.0, -math.inf  # the last move: s of simulated time, s of time.monotonic
         self._own_executor: SingleThreadedExecutor | None = None
         self._controls: Controls | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
@@ -165,6 +167,24 @@ class World(Node):
         """Raise the errors of `reset` for this room, without changing anything."""
         Simulation(room, self._laser, self._robot)
 
+    @property
+    def simulates(self) -> bool:
+        """Return True while simulated time passes: not while the world is paused, or waits for a drive."""
+        return time.monotonic() - self._moved[1] < IDLE
+
+    @property
+    def speed(self) -> float:
+        """Return how fast simulated time passes, 1 in real time; unknown, and 1, in fast mode."""
+        return self._controls.speed if self._controls else 1.0
+
+    @property
+    def elapsed(self) -> float:
+        """Return the simulated time (s) since the world was made; a reset does not change it."""
+        elapsed, moved = self._moved
+        if self._controls is None:
+            return elapsed
+        return elapsed + self.speed * min(time.monotonic() - moved, self._period / 1e9)
+
     def _on_command(self, message: Twist) -> None:
         with self._lock:
             self._command, self._command_age = (message.linear.x, message.angular.z), 0.0
@@ -183,6 +203,7 @@ class World(Node):
         if self._command_age >= COMMAND_TIMEOUT - 1e-9:
             self._command = (0.0, 0.0)
         self._command_age += period
+        self._moved = self._moved[0] + speed * period, time.monotonic()
         collision = self.simulation.step(*self._command, speed * period)
         if collision:
             self.get_logger().warning(f"Collision: {collision}")

@@ -60,13 +60,41 @@ def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel
     """It listens only to what nodes publish: a public check must not take it for the subscriber that it waits for."""
     kernel.run(f"ros.stop()\n{NODE}\nbench = ros.node.create_publisher(JointState, 'joint_states', 10)")
     page.subscribe("plot", name="/joint_states", field="effort[0]")
-    assert page.event()["data"] == {"points": [], "says": "No node publishes on /joint_states now."}
+    data = page.event()["data"]
+    assert (data["points"], data["says"]) == ([], "No node publishes on /joint_states now.")
     assert kernel.run("print(bench.get_subscription_count())") == "0"
     kernel.run("ros.start(Wheels)")
     points_of(page, 3)
     page.close()
     assert kernel.run("print(ros.until(lambda: not bench.get_subscription_count()))") == "True"
     kernel.run("ros.node.destroy_publisher(bench)")
+
+
+def test_the_slope_of_a_position_is_the_speed_while_a_world_runs_four_times_as_fast(kernel, page):
+    """The time is the simulation's, and goes on with the wall clock after its end."""
+    kernel.run(
+        """from course.world.node import World
+from geometry_msgs.msg import Twist
+world = ros.start(World, parameters={'room': 'hall', 'speed': 4.0}).node
+hand = ros.node.create_publisher(Twist, 'cmd_vel', 10)
+command = Twist()
+command.linear.x = 0.2
+timer = ros.node.create_timer(0.05, lambda: hand.publish(command))"""
+    )
+    page.subscribe("plot", name="/odom", field="pose.pose.position.x")
+    clock, points = {}, []
+    while len(moved := [each for each in points if 1.2 < each[1] < 3.0]) < 8:
+        data = page.event()["data"]
+        clock, points = data["clock"], points + [each for each in data["points"] if each]
+    assert clock["simulated"] and clock["rate"] == 4.0
+    (begin, x), (end, to_x) = moved[0], moved[-1]
+    slope = (to_x - x) / (end - begin)
+    heading = kernel.run("import math; print(math.cos(world.simulation.pose[2]))")
+    assert slope / float(heading) == pytest.approx(0.2, rel=0.2)
+    kernel.run("timer.cancel(); ros.node.destroy_publisher(hand); ros.stop()")
+    while (told := page.event()["data"]["clock"])["simulated"]:
+        pass
+    assert told["now"] >= clock["now"] and told["rate"] == 1.0
 
 
 @pytest.mark.parametrize(

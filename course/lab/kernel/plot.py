@@ -1,4 +1,4 @@
-"""The plot: any number in the messages of any topic, over the arrival time."""
+"""The plot: any number in the messages of any topic, over the arrival time by the plot's clock."""
 
 import math
 import re
@@ -14,6 +14,7 @@ from course.errors import LiveError
 from course.lab.kernel import forms
 from course.lab.kernel.nodes import of_interest, session
 from course.lab.kernel.panels import Changes, Panels, Topic
+from course.lab.kernel.plot_clock import CLOCK
 from course.ros.names import full
 from course.session.live import Session, current
 from course.session.logs import decoded
@@ -26,6 +27,7 @@ GAP = 5  # times the usual distance between two messages: a longer one is a gap
 LEAST = 0.5  # s that a gap lasts, or each hiccup of a busy machine would be one
 USUAL = 5  # last distances, the middle one of which is the usual one
 KNOWN = 3  # distances without which nothing is usual yet
+NEAR = 0.2  # s by which a page may be wrong about the clock
 FIELDS = 500  # of a type that are offered
 COMMANDS = "/cmd_vel"
 ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # compatible with every publisher
@@ -134,30 +136,39 @@ class PlotFeed:
         self._kind = ""
         self._type: type[Any] | None = None
         self._subscription: Subscription | None = None
-        self._waiting: deque[tuple[float, bytes]] = deque(maxlen=WAITING)
+        self._waiting: deque[tuple[float, float, bytes]] = deque(maxlen=WAITING)
+        self._clock: tuple[float, dict[str, Any]] | None = None  # what the page was told, at s of time.monotonic
         self._said: str | None = None
         self._rhythm = Rhythm()
 
     def read(self) -> dict[str, Any] | None:
-        """Return {"points": [[s since 1970, value or None], ...], "says": why there are none, or ""} if it is new.
+        """Return {"points": [[s, value or None], ...], "says": why there are none, or "", "clock": ...} if it is new.
 
-        A gap, a time in which nothing was published, is None instead of a point.
+        The times are those of the plot's clock, which is told as `PlotClock.told` says. A gap, a time in which nothing was published, is None instead of a point.
         """
         published, says = self._kind != "", self._listen()
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         step = math.ceil(len(waiting) / POINTS) or 1
         points: list[list[float | None] | None] = [None] if len(waiting) == WAITING else []  # older ones may be lost
-        for number, (at, message) in enumerate(waiting):
-            if self._rhythm.breaks(at):
+        for number, (came, at, message) in enumerate(waiting):
+            if self._rhythm.breaks(came):
                 points.append(None)
             if number % step == 0:
                 points.append([round(at, 3), self._read(message)])
         if published and not self._kind:
             points.append(None)
-        if not points and says == self._said:
+        clock = CLOCK.told()
+        if not points and says == self._said and self._knows(clock):
             return None
-        self._said = says
-        return {"points": points, "says": says}
+        self._said, self._clock = says, (time.monotonic(), clock)
+        return {"points": points, "says": says, "clock": clock}
+
+    def _knows(self, clock: dict[str, Any]) -> bool:
+        """Return True if the page knows the time by what it was told last."""
+        if self._clock is None:
+            return False
+        at, told = self._clock
+        return abs(told["now"] + told["rate"] * (time.monotonic() - at) - clock["now"]) < NEAR
 
     def close(self) -> None:
         """End the subscription."""
@@ -196,7 +207,7 @@ class PlotFeed:
         return any(self._topic == COMMANDS or full(each.node_name, each.node_namespace) != own for each in publishers)
 
     def _hear(self, message: bytes) -> None:
-        self._waiting.append((time.time(), message))
+        self._waiting.append((time.monotonic(), CLOCK.now(), message))
 
     def _read(self, message: bytes) -> float | None:
         if self._type is None or len(message) > LONGEST or (read := decoded(message, self._type)) is None:

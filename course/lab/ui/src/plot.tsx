@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
-import { add, colourOf, csv, draw, Frame, nameOf, Series, unitOf, valueAt } from './plot_series';
+import { add, Clock, colourOf, csv, draw, Frame, heard, nameOf, nowOf, Series, timeName, unitOf, valueAt } from './plot_series';
 
 export const plotIcon = new LabIcon({
   name: 'ros2-course:plot',
@@ -34,9 +34,11 @@ const NUMBERS = 250; // ms between two changes of the numbers: nobody reads fast
 /** The state that a panel keeps while it is hidden. */
 interface Memory {
   series: Series[];
-  began: number; // s since 1970
+  began: number; // s
   span: number; // s
-  until: number | null; // s since 1970, of a paused plot
+  until: number | null; // s, of a paused plot
+  clock: Clock | null; // null before the first message
+  simulated: boolean; // true if a simulation has run since it began
 }
 
 export const PLOT_VIEW = 'ros2-course-plot';
@@ -64,7 +66,7 @@ export class PlotPanel extends SidePanel {
   }
 
   private _keep = () => keep(this._memory);
-  private _memory: Memory = kept() ?? { series: [], began: 0, span: 30, until: null };
+  private _memory: Memory = kept() ?? { series: [], began: 0, span: 30, until: null, clock: null, simulated: false };
 }
 
 /** Keep a plot for the time in which its page is loaded again; of the values, the last ones. */
@@ -85,7 +87,7 @@ function keep(memory: Memory): void {
 function kept(): Memory | null {
   try {
     const found = JSON.parse(sessionStorage.getItem(PLOT_VIEW) ?? 'null');
-    return found && Array.isArray(found.series) ? found : null;
+    return found && Array.isArray(found.series) ? { clock: null, simulated: false, ...found } : null;
   } catch {
     return null;
   }
@@ -126,9 +128,9 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
           add={(topic, field, type) => {
             setFailed('');
             if (!memory.series.some(each => each.topic === topic && each.field === field)) {
-              const began = memory.series.length ? memory.began : Date.now() / 1000;
+              const first = !memory.series.length && { began: nowOf(null), clock: null, simulated: false };
               const made = { topic, field, unit: unitOf(type, field), times: [], values: [] };
-              change({ began, series: [...memory.series, made] });
+              change({ ...first, series: [...memory.series, made] });
             }
           }}
         />
@@ -149,6 +151,11 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
                 place={place}
                 value={valueAt(each, until)}
                 paused={paused}
+                hear={clock => {
+                  memory.clock = heard(memory.clock, clock);
+                  memory.simulated ||= clock.simulated;
+                  return memory.clock;
+                }}
                 remove={() => remove(each)}
                 failed={why => {
                   remove(each);
@@ -209,7 +216,8 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
               onClick={() =>
                 change({
                   series: memory.series.map(each => ({ ...each, times: [], values: [] })),
-                  began: Date.now() / 1000,
+                  began: nowOf(memory.clock),
+                  simulated: false,
                   until: null
                 })
               }
@@ -217,7 +225,12 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
               Clear
             </button>
             <button onClick={() => picture(canvas.current!, memory)}>Save as PNG</button>
-            <button onClick={() => save(new Blob([csv(memory.series)], { type: 'text/csv' }), 'plot.csv')}>
+            <button
+              onClick={() => {
+                const table = csv(memory.series, memory.began, memory.simulated);
+                save(new Blob([table], { type: 'text/csv' }), 'plot.csv');
+              }}
+            >
               Save as CSV
             </button>
           </div>
@@ -330,12 +343,14 @@ function Row(props: {
   place: number;
   value: number | null | undefined;
   paused: boolean;
+  hear: (clock: any) => Clock; // called with the kernel's
   remove: () => void;
   failed: (why: string) => void;
 }): JSX.Element {
   const { series } = props;
   const now = React.useRef(series);
   now.current = series; // a new one when the plot starts again
+  const last = React.useRef(0); // ms, when a message came
   const [says, setSays] = React.useState('');
   const [came, setCame] = React.useState(false);
   useTopic(
@@ -343,19 +358,20 @@ function Row(props: {
     'plot',
     { name: series.topic, field: series.field },
     data => {
-      add(now.current, data.points);
+      add(now.current, data.points, props.hear(data.clock).shift);
       setSays(data.says);
       setCame(before => before || data.points.length > 0);
+      last.current = data.points.length ? Date.now() : last.current;
     },
     () => {
-      add(now.current, [null]); // for the time in which the panel was hidden
+      add(now.current, [null], 0); // for the time in which the panel was hidden
       setSays('');
       setCame(false);
     },
     props.failed
   );
   const value = came || props.paused ? props.value : undefined;
-  const silent = came && !props.paused ? Date.now() / 1000 - series.times[series.times.length - 1] : 0; // s
+  const silent = came && !props.paused ? (Date.now() - last.current) / 1000 : 0; // s
   const note = says || (!came && 'Nothing has come yet.') || (silent > OLD && `Nothing has come for ${Math.round(silent)} s.`);
   return (
     <li>
@@ -386,8 +402,8 @@ function useEvery(period: number, call: () => void): void {
 }
 
 /** Return the frame shown: the span until now, or until the pause; at first the span that will be filled. */
-function frameOf({ began, span, until }: Memory): Frame {
-  const end = Math.max(until ?? Date.now() / 1000, began + span);
+function frameOf({ began, span, until, clock }: Memory): Frame {
+  const end = Math.max(until ?? nowOf(clock), began + span);
   return { from: end - span, until: end };
 }
 
@@ -412,7 +428,8 @@ function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory):
       }
       const context = node.getContext('2d', { alpha: false })!;
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
-      draw(context, memory.series, frameOf(memory), memory.began, memory.until, [width, height], getComputedStyle(node), false);
+      const name = timeName(memory.simulated);
+      draw(context, memory.series, frameOf(memory), memory.began, name, memory.until, [width, height], getComputedStyle(node), false);
     };
     request = requestAnimationFrame(again);
     return () => cancelAnimationFrame(request);
@@ -425,7 +442,8 @@ function picture(shown: HTMLCanvasElement, memory: Memory): void {
   [canvas.width, canvas.height] = [2 * PICTURE[0], 2 * PICTURE[1]];
   const context = canvas.getContext('2d', { alpha: false })!;
   context.setTransform(2, 0, 0, 2, 0, 0);
-  draw(context, memory.series, frameOf(memory), memory.began, null, PICTURE, getComputedStyle(shown), true);
+  const name = timeName(memory.simulated);
+  draw(context, memory.series, frameOf(memory), memory.began, name, null, PICTURE, getComputedStyle(shown), true);
   canvas.toBlob(blob => blob && save(blob, 'plot.png'), 'image/png');
 }
 

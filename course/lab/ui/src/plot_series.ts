@@ -4,7 +4,7 @@ export interface Series {
   topic: string;
   field: string;
   unit: string; // '' if unknown
-  times: number[]; // s since 1970
+  times: number[]; // s, by the plot's clock
   values: Value[];
 }
 
@@ -12,8 +12,34 @@ const GAP = 'gap'; // a time in which nothing came
 type Value = number | null | typeof GAP; // null is a message without a number
 
 export interface Frame {
-  from: number; // s since 1970
+  from: number; // s
   until: number;
+}
+
+/** The plot's clock, as the kernel has told it: it follows the simulation, if there is one. */
+export interface Clock {
+  id: string; // of the kernel's clock
+  at: number; // s since 1970, of the wall clock, when it was told
+  now: number; // s, at that moment
+  rate: number; // s per s
+  shift: number; // s from the kernel's clock to this one, which goes on where another kernel's was
+}
+
+/** Return the present time of the plot, in s; the wall clock's before a kernel has told one. */
+export function nowOf(clock: Clock | null): number {
+  const wall = Date.now() / 1000;
+  return clock ? clock.now + clock.rate * (wall - clock.at) : wall;
+}
+
+/** Return the clock after a message of a kernel. */
+export function heard(before: Clock | null, told: { id: string; now: number; rate: number }): Clock {
+  const shift = before?.id === told.id ? before.shift : nowOf(before) - told.now;
+  return { id: told.id, at: Date.now() / 1000, now: told.now + shift, rate: told.rate, shift };
+}
+
+/** Return the name of the time axis. */
+export function timeName(simulated: boolean): string {
+  return simulated ? 'simulation time (s)' : 'wall clock (s)';
 }
 
 const MOST = 20000; // values of a series
@@ -45,13 +71,13 @@ export function colourOf(place: number): string {
   return `--ros-robot-${NAMES[place % NAMES.length]}`;
 }
 
-/** Add points, of which null is a gap; the oldest are dropped if there are too many. */
-export function add(series: Series, points: ([number, number | null] | null)[]): void {
+/** Add points, of which null is a gap, `shift` s later; the oldest are dropped if there are too many. */
+export function add(series: Series, points: ([number, number | null] | null)[], shift: number): void {
   for (const point of points) {
     const last = series.times.length - 1;
     if (point || (last >= 0 && series.values[last] !== GAP)) {
-      const [time, value]: [number, Value] = point ?? [series.times[last], GAP];
-      series.times.push(time);
+      const [time, value]: [number, Value] = point ?? [series.times[last] - shift, GAP];
+      series.times.push(time + shift);
       series.values.push(value);
     }
   }
@@ -62,8 +88,8 @@ export function add(series: Series, points: ([number, number | null] | null)[]):
   }
 }
 
-/** Return all values as CSV: a row for each time, a column for each series. */
-export function csv(all: Series[]): string {
+/** Return all values as CSV: a row for each time, a column for each series; a simulation's time begins with the plot. */
+export function csv(all: Series[], began: number, simulated: boolean): string {
   const rows = new Map<number, string[]>();
   all.forEach((series, place) =>
     series.times.forEach((time, number) => {
@@ -76,8 +102,8 @@ export function csv(all: Series[]): string {
     })
   );
   const quoted = (text: string) => `"${text.replace(/"/g, '""')}"`;
-  const head = ['time (s since 1970)', ...all.map(nameOf)].map(quoted).join(',');
-  const lines = [...rows].sort(([one], [other]) => one - other).map(([time, row]) => [time.toFixed(3), ...row].join(','));
+  const head = [simulated ? timeName(true) : 'time (s since 1970)', ...all.map(nameOf)].map(quoted).join(',');
+  const lines = [...rows].sort(([one], [other]) => one - other).map(([time, row]) => [(time - (simulated ? began : 0)).toFixed(3), ...row].join(','));
   return `${[head, ...lines].join('\n')}\n`;
 }
 
@@ -119,13 +145,15 @@ function stepOf(span: number, wanted: number): number {
 
 /** Draw the series within a frame.
  *
- * `began` is where the time axis has its 0 (s since 1970), `mark` a time with a line of its own; `legend` writes the names.
+ * `began` is where the time axis has its 0 (s), `name` its name, `mark` a time with a line of its own; `legend` writes
+ * the names of the series.
  */
 export function draw(
   context: CanvasRenderingContext2D,
   all: Series[],
   frame: Frame,
   began: number,
+  name: string,
   mark: number | null,
   [width, height]: [number, number],
   style: CSSStyleDeclaration,
@@ -161,7 +189,7 @@ export function draw(
   for (let number = Math.ceil((frame.from - began) / step); began + number * step <= frame.until; number++) {
     const time = began + number * step;
     const text = (number * step).toFixed(step < 1 ? 1 : 0).replace('-', '−');
-    if (px(time) < right - 64) {
+    if (px(time) < right - context.measureText(name).width - 16) {
       context.fillText(text, px(time), height - 10);
     }
     context.moveTo(px(time), top);
@@ -169,7 +197,7 @@ export function draw(
   }
   context.stroke();
   context.textAlign = 'right';
-  context.fillText('time (s)', right, height - 10);
+  context.fillText(name, right, height - 10);
   const units = new Set(all.map(each => each.unit));
   if (units.size === 1) {
     context.save();
