@@ -45,6 +45,21 @@ def test_the_topics_that_are_published_are_offered(kernel, page):
         pass
 
 
+def test_commands_are_offered_before_somebody_drives_and_drawn_while_one_drives_by_hand(kernel, page):
+    kernel.run("ros.stop()\nfrom course.world.node import World\nros.start(World)")
+    page.subscribe("plot.topics")
+    while ["/cmd_vel", "geometry_msgs/msg/Twist"] not in page.event()["data"]:
+        pass
+    page.subscribe("robot")
+    page.subscribe("plot", name="/cmd_vel", field="linear.x")
+    points: list = []
+    while not points:
+        page.ask("robot.drive", linear=0.2, angular=0.0)
+        data = page.event()["data"]
+        points = [value for _, value in filter(None, data.get("points", []))] if isinstance(data, dict) else []
+    assert points[0] == 0.2
+
+
 @pytest.mark.parametrize(("field", "value"), [("effort[0]", 1.5), ("effort[1]", None), ("effort[7]", None)])
 def test_each_value_of_a_field_comes_with_its_time(kernel, page, field, value):
     kernel.run(f"{NODE}\nros.start(Wheels)\nimport time\nbegan = time.time()")

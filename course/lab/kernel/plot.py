@@ -42,13 +42,18 @@ def add(panels: Panels) -> None:
 
 
 def topics() -> list[list[str]]:
-    """Return the topics with a publisher, each with its type; none without a session."""
+    """Return the topics with a publisher, each with its type; none without a session.
+
+    Commands are among them as soon as a robot takes some: driving by hand, their publisher exists only meanwhile.
+    """
     if (live := current()) is None:
         return []
     found = live.node.get_topic_names_and_types()
-    return sorted(
-        [name, kinds[0]] for name, kinds in found if of_interest(name, kinds[0]) and live.node.count_publishers(name)
-    )
+
+    def is_heard(name: str) -> bool:
+        return live.node.count_publishers(name) > 0 or (name == COMMANDS and live.node.count_subscribers(name) > 0)
+
+    return sorted([name, kinds[0]] for name, kinds in found if of_interest(name, kinds[0]) and is_heard(name))
 
 
 def fields(type_name: str) -> list[str]:
