@@ -20,6 +20,8 @@ ANSWERED = "answered"
 CHANGED = "changed since the check"
 AGAIN = "run it again: the file was written again since"
 FAILED = "not yet: "
+HINT = "Hint: "  # begins what is printed below an error
+LONGEST = 4000  # characters of a message that are shown
 STUBS = ("YOUR ANSWER HERE", STUB)
 HEAD = ("section", "part", "so far", "points")
 
@@ -32,6 +34,7 @@ class Part:
     name: str
     state: str  # passed, answered, or what is missing
     points: float  # the points that the hidden tests, or the marker of the answer, can give
+    more: str = ""  # the further lines of the message of a check that has failed
 
     @property
     def done(self) -> bool:
@@ -135,9 +138,10 @@ def parts(section: str, known: list[Cell], folder: Path) -> Progress:
     """
     differ = unlike(folder, [cell for cell in known if cell.solution])
     return Progress(
-        Part(section, cell.name, _state(cell, known[:at], differ, folder), _points(cell))
+        Part(section, cell.name, state, _points(cell), _more(cell) if state.startswith(FAILED) else "")
         for at, cell in enumerate(known)
         if cell.mark.get("grade")
+        for state in [_state(cell, known[:at], differ, folder)]
     )
 
 
@@ -176,6 +180,23 @@ def _judged_by(cell: Cell, before: list[Cell]) -> list[str]:
     return [name for name in texts if name in used] or [*texts]
 
 
+def _message(cell: Cell) -> list[str]:
+    """Return the lines of the error with which a check has ended; none if it has passed."""
+    error = next((output for output in cell.outputs if output.get("output_type") == "error"), None)
+    if error is None:
+        return []
+    return cells.text_of(error.get("evalue", "")).strip().splitlines() or [str(error.get("ename", "an error"))]
+
+
+def _more(cell: Cell) -> str:
+    """Return what follows the first line of the message of a check: its further lines, and the hint below them."""
+    printed = "".join(
+        cells.text_of(output.get("text", "")) for output in cell.outputs if output.get("output_type") == "stream"
+    )
+    hints = printed[printed.index(HINT) :] if HINT in printed else ""
+    return "\n".join([*_message(cell)[1:], *hints.splitlines()]).strip()[:LONGEST]
+
+
 def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
@@ -190,9 +211,8 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
             return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN
     elif any(above.solution and (above.count or 0) > cell.count and not refused(above) for above in before):
         return AGAIN
-    if error := next((output for output in cell.outputs if output.get("output_type") == "error"), None):
-        lines = cells.text_of(error.get("evalue", "")).strip().splitlines()
-        return f"{FAILED}{lines[0] if lines else error.get('ename', 'an error')}"
+    if lines := _message(cell):
+        return f"{FAILED}{lines[0]}"
     changed = [
         name
         for name in files

@@ -95,6 +95,10 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(panel.get_by_text("One callback is enough.")).to_have_count(0)
     panel.get_by_text("Hint 1: where to look").click()
     expect(panel.locator(".ros-hint strong")).to_have_text("server")
+    show_panel(page, "Nodes")
+    expect(panel).to_have_count(0)
+    show_panel(page, "Exercise")
+    expect(panel.locator(".ros-hint strong")).to_be_visible()
     panel.get_by_text("Tipp 2: die Idee").click()
     expect(panel.get_by_text("One callback is enough.")).to_be_visible()
     type_answer(page, STUB)
@@ -151,6 +155,7 @@ def test_an_interruption_ends_all_checks(lab, page, busy):
     panel = begin(page, lab, f"interrupted-{busy}", checks=("greets", "later"))
     checks = panel.get_by_role("list", name="Checks and questions")
     if busy:
+        write_cell(page, 0, "# no session")
         write_cell(page, busy, BUSY)
     else:
         run_cell(page, busy, BUSY)
@@ -163,6 +168,22 @@ def test_an_interruption_ends_all_checks(lab, page, busy):
     run_cell(page, 0, "print('new')")
     expect(cell(page, 0)).to_contain_text("new\n")
     expect(checks).to_contain_text("later: not run")
+
+
+def test_checks_that_need_the_session_are_not_run_without_it_and_a_failed_one_has_its_whole_message(lab, page):
+    panel = begin(page, lab, "without", checks=("greets",))
+    checks = panel.get_by_role("list", name="Checks and questions")
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(panel).to_contain_text("No check was run. There is no live session yet. Run the notebook’s first cell")
+    expect(checks).to_contain_text("greets: not run")
+    panel.get_by_role("button", name="Run the first cell").click()
+    expect(panel).not_to_contain_text("No check was run")
+    wait_until_run(page)
+    run_cell(page, 0, "class ros:\n    def call(*_):\n        raise AssertionError('it is late\\nLook at line 3')")
+    wait_until_run(page)
+    panel.get_by_role("button", name="Run all checks").click()
+    expect(checks).to_contain_text("✗greets: not yet: it is late")
+    expect(checks).to_contain_text("Look at line 3")
 
 
 def test_a_check_that_fails_keeps_no_other_from_being_run(lab, page):

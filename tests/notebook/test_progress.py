@@ -76,6 +76,24 @@ def test_the_state_of_a_part(section, tmp_path, cells, state):
     assert [part.state for part in progress(tmp_path)] == [state]
 
 
+HINT = {"output_type": "stream", "name": "stderr", "text": "a note\nHint: it returns the first number\nin line 3\n"}
+
+
+@pytest.mark.parametrize(
+    ("outputs", "more"),
+    [
+        ((ERROR,), "second line"),
+        ((ERROR, HINT), "second line\nHint: it returns the first number\nin line 3"),
+        ((HINT, ERROR | {"evalue": ""}), "Hint: it returns the first number\nin line 3"),
+        ((HINT,), ""),
+        ((ERROR | {"evalue": "x\n" + 10_000 * "y"},), 4000 * "y"),
+    ],
+)
+def test_the_whole_message_of_a_check_that_has_failed_is_kept(section, tmp_path, outputs, more):
+    section("services", written(), check(outputs=outputs))
+    assert [part.more for part in progress(tmp_path)] == [more]
+
+
 @pytest.mark.parametrize("error", [(), (ERROR,)])
 def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(section, tmp_path, error):
     """After a restart, a cell that was run before has a higher number than the check."""

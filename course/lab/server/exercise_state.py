@@ -16,7 +16,7 @@ from course.notebook.progress import parts
 
 
 class Exercise(Beside):
-    """POST {"path": the notebook's, "cells": its cells, with only error outputs}.
+    """POST {"path": the notebook's, "cells": its cells, with only errors and what was printed as one}.
 
     The answer has parts, files, summary, and what was handed in last.
     """
@@ -64,7 +64,14 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
     found = parts(notebook.stem, known, notebook.parent)
     return {
         "parts": [
-            {"name": part.name, "state": part.state, "done": part.done, "failed": part.failed, "points": part.points}
+            {
+                "name": part.name,
+                "state": part.state,
+                "more": part.more,
+                "done": part.done,
+                "failed": part.failed,
+                "points": part.points,
+            }
             for part in found
         ],
         "summary": found.summary if found else "",

@@ -9,12 +9,13 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { fileOf, handIn } from './handing_in';
-import { CONNECTING, SidePanel, useCurrent } from './panel';
+import { CONNECTING, FirstCell, instead, liveCell, SidePanel, useCurrent } from './panel';
 import { post } from './server';
 
 interface Part {
   name: string;
   state: string;
+  more: string; // further lines of the message of a check that failed
   done: boolean;
   failed: boolean; // a check that was run
   points: number;
@@ -46,8 +47,15 @@ interface File {
 
 // The title of a foldable hint, a word and a number in any language: "Hint 1: where to look".
 const HINT = /<details>\s*<summary>\s*([^\s<]+ \d+(?::[^<]*)?)\s*<\/summary>([\s\S]*?)<\/details>/g;
+const SESSION = /\bros\./; // what a check uses of the session
 const SETTLE = 400; // ms after a change of the notebook
 const AGAIN = 2000; // ms between two looks at the files, which may change without the notebook
+
+/** The hints of a file: how many were opened so far, and which are open. */
+interface OpenHints {
+  opened: number;
+  open: Set<number>;
+}
 
 export class ExercisePanel extends SidePanel {
   constructor(
@@ -58,13 +66,24 @@ export class ExercisePanel extends SidePanel {
   }
 
   protected draw(): JSX.Element {
-    return <Exercise current={this.current} contents={this._contents} />;
+    return <Exercise current={this.current} contents={this._contents} hints={this._hints} />;
   }
+
+  private _hints = new Map<string, OpenHints>();
 }
 
-function Exercise({ current, contents }: { current: Current; contents: Contents.IManager }): JSX.Element {
-  useCurrent(current);
+interface Props {
+  current: Current;
+  contents: Contents.IManager;
+  hints: Map<string, OpenHints>; // by notebook and cell: they stay while other notebooks are in front
+}
+
+function Exercise({ current, contents, hints }: Props): JSX.Element {
+  const { link } = useCurrent(current);
   const panel = current.panel;
+  const [asked, setAsked] = React.useState(false); // true if checks were asked for that need a session
+  const waits = link?.state === 'waiting';
+  React.useEffect(() => setAsked(false), [panel, waits]);
   const [state, setState] = React.useState<State | null>(null);
   const [failed, setFailed] = React.useState('');
   const [running, setRunning] = React.useState<string[]>([]); // the checks that run, until their result is known
@@ -132,6 +151,18 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
     );
   }
   const checks = new Set(cellsOf(panel).filter(isCheck).map(nameOf));
+  /** Run checks; none of them in a kernel without the session that they need, which would only name `ros`. */
+  const run = (names: string[]) => {
+    const needed = panel.content.widgets.some(
+      cell => names.includes(nameOf(cell.model)) && SESSION.test(cell.model.sharedModel.getSource())
+    );
+    const first = waits && needed ? liveCell(panel)?.cell : null;
+    if (first && (first.model as any).executionState !== 'running') {
+      setAsked(true);
+    } else {
+      void runAll(panel, names);
+    }
+  };
   return (
     <>
       <header className="ros-Panel-head">
@@ -142,20 +173,29 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
         {state.summary}
       </div>
       <HandedInView handed={state.handed_in} contents={contents} />
-      {files.map(file => (
-        <FileItem key={`${panel.id} ${file.cell}`} file={file} note={state.files[file.name]} panel={panel} />
-      ))}
+      {files.map(file => {
+        const key = `${panel.context.path} ${file.cell}`;
+        const known = hints.get(key) ?? { opened: 0, open: new Set() };
+        hints.set(key, known);
+        return (
+          <FileItem key={`${panel.id} ${key}`} file={file} note={state.files[file.name]} panel={panel} known={known} />
+        );
+      })}
       <header className="ros-Panel-head">
         <h3>Checks and questions</h3>
-        <button onClick={() => void runAll(panel, [...checks])} disabled={!checks.size}>
+        <button onClick={() => run([...checks])} disabled={!checks.size}>
           Run all checks
         </button>
       </header>
+      <div className="ros-Panel-message" role="status">
+        {asked && waits && `No check was run. ${instead(current, link)}`}
+      </div>
+      {asked && waits && <FirstCell current={current} link={link} />}
       <ul className="ros-Parts" aria-label="Checks and questions">
         {state.parts.map(part => ({ ...part, runs: running.includes(part.name) })).map(part => (
           <li key={part.name} className={part.runs ? '' : part.done ? 'ros-mod-done' : part.failed ? 'ros-mod-failed' : ''}>
             <button
-              onClick={() => void (checks.has(part.name) ? runAll(panel, [part.name]) : show(panel, part.name))}
+              onClick={() => (checks.has(part.name) ? run([part.name]) : void show(panel, part.name))}
               aria-label={`${checks.has(part.name) ? 'Run the check' : 'Show the question'} ${part.name}`}
             >
               {checks.has(part.name) ? 'Run' : 'Show'}
@@ -167,6 +207,7 @@ function Exercise({ current, contents }: { current: Current; contents: Contents.
               <strong>{part.name}</strong>: {part.runs ? 'running' : part.state}{' '}
               <span className="ros-quiet">(up to {part.points} points)</span>
             </span>
+            {part.more && !part.runs && <pre className="ros-more">{part.more}</pre>}
           </li>
         ))}
       </ul>
@@ -204,8 +245,20 @@ function HandedInView({ handed, contents }: { handed: HandedIn | null; contents:
   );
 }
 
-function FileItem({ file, note, panel }: { file: File; note: string; panel: NotebookPanel }): JSX.Element {
-  const [opened, setOpened] = React.useState(0); // the number of hints opened so far
+interface Item {
+  file: File;
+  note: string;
+  panel: NotebookPanel;
+  known: OpenHints;
+}
+
+function FileItem({ file, note, panel, known }: Item): JSX.Element {
+  const [, redraw] = React.useReducer((count: number) => count + 1, 0);
+  const toggle = (number: number, open: boolean) => {
+    open ? known.open.add(number) : known.open.delete(number);
+    known.opened = open ? Math.max(known.opened, number + 1) : known.opened;
+    redraw();
+  };
   return (
     <section className="ros-File" aria-label={file.name}>
       <div className="ros-Panel-head">
@@ -225,12 +278,16 @@ function FileItem({ file, note, panel }: { file: File; note: string; panel: Note
         {note || 'the same as in its cell'}
       </div>
       {file.hints.map((hint, number) =>
-        number > opened ? (
+        number > known.opened ? (
           <div key={hint.title} className="ros-quiet">
             {hint.title.replace(/:.*/, '')}: open the hint before it first
           </div>
         ) : (
-          <details key={hint.title} onToggle={() => setOpened(Math.max(opened, number + 1))}>
+          <details
+            key={hint.title}
+            open={known.open.has(number)}
+            onToggle={event => toggle(number, event.currentTarget.open)}
+          >
             <summary>{hint.title}</summary>
             <Markdown text={hint.text} panel={panel} />
           </details>
@@ -296,7 +353,8 @@ async function reset(panel: NotebookPanel, file: File): Promise<void> {
   const sure = await showDialog({
     title: `Reset ${file.name}?`,
     body: 'Its cell becomes what it was when you were given it. What you have written is kept in a file beside it.',
-    buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })]
+    buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })],
+    defaultButton: 0
   });
   if (!cell || !sure.button.accept) {
     return;
@@ -324,13 +382,15 @@ function cellsOf(panel: NotebookPanel): any[] {
   const found = [];
   for (let number = 0; number < model.cells.length; number++) {
     const cell: any = model.cells.get(number).toJSON();
-    const outputs = cell.outputs?.filter((output: any) => output.output_type === 'error') ?? [];
+    const of = (type: string) => cell.outputs?.filter((output: any) => output.output_type === type) ?? [];
+    const errors = of('error').map(({ output_type, ename, evalue }: any) => ({ output_type, ename, evalue }));
+    const printed = errors.length ? of('stream').filter((output: any) => output.name === 'stderr') : []; // with a hint
     found.push({
       cell_type: cell.cell_type,
       source: cell.source,
       metadata: { nbgrader: cell.metadata?.nbgrader ?? null },
       execution_count: cell.execution_count ?? null,
-      outputs: outputs.map(({ output_type, ename, evalue }: any) => ({ output_type, ename, evalue }))
+      outputs: [...errors, ...printed]
     });
   }
   return found;

@@ -134,7 +134,7 @@ export function useTopic(
 }
 
 /** The cell that makes the session, and whether it is the notebook's first one with code; null if there is none. */
-function liveCell(panel: NotebookPanel): { cell: Cell; first: boolean } | null {
+export function liveCell(panel: NotebookPanel): { cell: Cell; first: boolean } | null {
   const cells = panel.content.widgets.filter(cell => cell.model.type === 'code');
   const cell = cells.find(each => each.model.sharedModel.source.includes(LIVE));
   return cell ? { cell, first: cell === cells[0] } : null;

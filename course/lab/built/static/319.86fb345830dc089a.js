@@ -895,6 +895,15 @@ body[data-jp-theme-light='false'] {
   overflow-wrap: anywhere;
 }
 
+.ros-more {
+  clear: both;
+  font-family: var(--jp-code-font-family);
+  font-size: var(--jp-code-font-size);
+  margin: 2px 0 2px 20px;
+  overflow-wrap: anywhere;
+  white-space: pre-wrap;
+}
+
 .ros-mod-failed .ros-mark {
   color: var(--ros-bad);
   font-weight: 700;
