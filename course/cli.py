@@ -8,7 +8,12 @@ import typer
 
 from course.foundation.untrusted import printable
 
-app = typer.Typer(no_args_is_help=True, add_completion=False, help="The ROS 2 course's own command.")
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,  # its colours cannot be read in a light terminal
+    help="The ROS 2 course's own command.",
+)
 
 
 @app.callback()

@@ -8,7 +8,7 @@ import time
 
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from course import registry
 from course.foundation import processes
@@ -24,7 +24,8 @@ def show() -> int:
     if not found:
         print("No live session of yours runs on this machine.")
         return 0
-    table = Table("number", "ROS domain", "since", "folder", "nodes")
+    # In a narrow terminal a path goes on in the next line: its end says which notebook it is.
+    table = Table("number", "ROS domain", "since", Column("folder", overflow="fold"), "nodes")
     for record in found:
         since = time.strftime("%Y-%m-%d %H:%M", time.localtime(record.since))
         nodes = "\n".join(one_line(f"{node.name}: {node.state}") for node in record.nodes) or "none"

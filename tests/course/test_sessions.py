@@ -8,9 +8,10 @@ import time
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from typer.testing import CliRunner
 
-from course import registry
+from course import registry, running_sessions
 from course.cli import app
 from course.foundation import processes
 from course.foundation.folders import runtime_folder
@@ -96,6 +97,23 @@ def test_another_process_of_the_same_number_is_no_session():
     record = SessionRecord(os.getpid(), 7, "/", time.time(), processes.birth(os.getpid()) - 1)
     registry.write(record)
     assert registry.running() == []
+
+
+def test_in_a_narrow_terminal_the_end_of_a_long_path_is_shown(tmp_path, monkeypatch, capsys):
+    record = SessionRecord(os.getpid(), 7, f"/home/{'a' * 200}/services", time.time(), processes.birth(os.getpid()))
+    registry.write(record)
+    monkeypatch.setattr(running_sessions, "Console", lambda **_: Console(width=60, color_system=None))
+    assert running_sessions.show() == 0
+    table = [line.split("│") for line in capsys.readouterr().out.splitlines() if "│" in line]
+    assert "".join(row[4].strip() for row in table) == record.folder
+
+
+def test_usage_and_errors_have_no_colours(monkeypatch):
+    """Yellow and light blue cannot be read in a light terminal."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    told = run("--nothing")
+    assert told.exit_code == 2 and "\x1b[" not in told.stderr
+    assert told.stderr.startswith("Usage: ") and "No such option" in told.stderr
 
 
 @pytest.fixture
