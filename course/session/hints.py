@@ -1109,7 +1109,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",
         _says(
-            "The number does not fit the field: an `int32`, for example, holds up to 2147483647. Refuse such a request."
+            "The number does not fit the type of the field: an `int32` holds up to 2147483647, an `int64` up to "
+            "9223372036854775807. Refuse such a request."
         ),
     ),
     (r"'method' object is not iterable", _hidden_property),
