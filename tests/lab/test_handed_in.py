@@ -5,6 +5,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from course import hand_in
+from course.errors import HandInError
 from course.lab.server import handed_in
 
 NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
@@ -44,6 +45,11 @@ def test_a_hand_in_under_way_and_one_that_failed_are_told(tmp_path):
     write(tmp_path)
     under_way = handed_in.begin(tmp_path)
     assert handed_in.told(tmp_path, "greeter") == {"text": "A hand-in is under way.", "archive": ""}
+    with pytest.raises(HandInError, match="A hand-in is under way. Wait for its end"):
+        handed_in.begin(tmp_path)  # from another tab of the browser
+    with pytest.raises(HandInError, match="under way"):
+        handed_in.expect_none(tmp_path)
+    handed_in.expect_none(tmp_path.parent)
     under_way.ran, under_way.of = 1, 4
     assert "1 of 4 public checks have run" in handed_in.told(tmp_path, "greeter")["text"]
     under_way.end(failed="the disk is full")

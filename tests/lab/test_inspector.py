@@ -22,6 +22,7 @@ class Servers(Node):
     def __init__(self):
         super().__init__('servers')
         limits = FloatingPointRange(from_value=0.1, to_value=2.0)
+        self.declare_parameter('serial', 'A7', ParameterDescriptor(read_only=True))
         self.declare_parameter('speed', 1.0, ParameterDescriptor(description='m/s', floating_point_range=[limits]))
         self.create_service(AddTwoInts, 'add_two_ints', self.add)
         self.create_service(Trigger, 'stuck', self.stuck)
@@ -203,6 +204,7 @@ def test_a_service_is_called_and_its_program_and_line_do_the_same(kernel, page):
     assert "sum=42" in kernel.run("!" + told["ros2"])
     wrong = page.ask("inspector.send", **ADD, given={"a": "two"})["error"]
     assert wrong == "a: write a whole number: int64 does not accept 'two'"
+    assert page.ask("inspector.send", **ADD, given={"a": " "})["error"] == "a: write a whole number: the field is empty"
 
 
 def test_a_goal_shows_its_feedback_and_result_and_its_program_does_the_same(kernel, page):
@@ -272,6 +274,15 @@ def test_a_message_is_published_at_a_rate_until_it_is_stopped_and_its_program_an
     while "Published" not in (state := page.event()["data"])["note"]:
         pass
     assert "20 a second, to 1 subscription." in state["note"] and state["cancellable"]
+    plot = page.subscribe("plot", name="/cmd_vel", field="linear.x")  # the course's own subscription
+    while page.event()["id"] != plot:
+        pass
+    note = None
+    while note == state["note"] or not note:
+        event = page.event()
+        note = event["data"]["note"] if "note" in event["data"] else None
+    assert "20 a second, to 1 subscription." in note
+    assert page.ask("unsubscribe", id=plot)["result"] is None
     assert kernel.run(f"print(ros.until(lambda: {count} > 30, 30))") == "True"
     assert page.ask("inspector.cancel", number=number)["result"] is None
     state = ended(page)
@@ -323,6 +334,10 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert [field["name"] for field in fields[-2:]] == ["start_type_description_service", "use_sim_time"]
     speed = next(field for field in fields if field["name"] == "speed")
     assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "double", "m/s; 0.1 to 2.0")
+    serial = next(field for field in fields if field["name"] == "serial")
+    assert (serial["about"], serial["fixed"], serial["read_only"]) == ("read-only", False, True)
+    given = {"type_name": "string", "given": {"serial": "B8"}}
+    assert "read-only" in follow(page, "rejected", **SPEED | given)["events"][-1][2]
     assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""
     refused = follow(page, "rejected", **SPEED, given={"speed": "5"})["events"][-1]
     assert "range" in refused[2]

@@ -196,10 +196,14 @@ def scalar(kind: str, given: Any, longest: int | None = None) -> Any:
 def _whole(kind: str, text: str) -> int | bytes:
     least, most = WHOLE[kind]
     if not re.fullmatch(r"[-+]?\d{1,30}", text.strip()):
-        raise ValueError(f"write a whole number: {kind} does not accept {text.strip() or 'empty text'!r}")
+        raise ValueError(f"write a whole number: {_refused(kind, text)}")
     if not least <= (value := int(text)) <= most:
         raise ValueError(f"write a number from {least} to {most}: {text.strip()} does not fit {kind}")
     return bytes([value]) if kind == "byte" else value
+
+
+def _refused(kind: str, text: str) -> str:
+    return f"{kind} does not accept {text.strip()!r}" if text.strip() else "the field is empty"
 
 
 def _real(kind: str, text: str) -> float:
@@ -207,7 +211,7 @@ def _real(kind: str, text: str) -> float:
         value = float(text.strip().replace(".inf", "inf").replace(".nan", "nan"))  # accepts YAML's forms, too
     except ValueError:
         comma = ": write a point, not a comma" if re.fullmatch(r"\s*-?\d+,\d+\s*", text) else ""
-        raise ValueError(f"write a number: {kind} does not accept {text.strip() or 'empty text'!r}{comma}") from None
+        raise ValueError(f"write a number: {_refused(kind, text)}{comma}") from None
     if kind == "float32" and math.isfinite(value):
         try:
             struct.pack("<f", value)

@@ -115,7 +115,7 @@ def _parameters(node: str) -> list[dict[str, Any]]:
         plain = parameter_value_to_python(value)
         shown = ", ".join(map(str, plain)) if kind and kind.endswith(ARRAY) else str(plain)
         field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
-        field["fixed"] = descriptor.read_only or kind is None
+        field |= {"fixed": kind is None, "read_only": descriptor.read_only}  # a node refuses to set the latter
         if kind == "boolean":
             field |= {"kind": "truth", "default": plain}
         else:

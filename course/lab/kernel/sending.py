@@ -20,6 +20,7 @@ from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
 from course.recorders import GoalRecorder
+from course.ros.names import is_hidden
 from course.ros.rclpy_internals import RCLError, destroy, unwatched
 from course.session.live import Session
 
@@ -146,8 +147,7 @@ def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: An
             break
         count += 1
         if (now := time.monotonic()) - noted >= NOTED:
-            noted, matched = now, publisher.get_subscription_count()
-            to = f"to {matched} subscription{'s' * (matched != 1)}" if matched else "and no node subscribes to it"
+            noted, to = now, _receivers(live, publisher)
             exchange.note(f"Published {count} time{'s' * (count != 1)} so far, {rate:g} a second, {to}.")
         due = max(due + 1.0 / rate, now)  # skips messages that are late
         if stop.event.wait(due - now):
@@ -155,6 +155,15 @@ def _repeat(live: Session, exchange: Exchange, publisher: Publisher, message: An
     exchange.add("last message", f"number {count}")
     exchange.about = ""  # it goes on no longer
     exchange.end(note=why)
+
+
+def _receivers(live: Session, publisher: Publisher) -> str:
+    """Return to how many subscriptions it publishes, in words; the session's own, such as a plot's, do not count."""
+    own = (live.node.get_namespace(), live.node.get_name())
+    found = live.node.get_subscriptions_info_by_topic(publisher.topic_name)
+    others = sum((each.node_namespace, each.node_name) != own and not is_hidden(each.node_name) for each in found)
+    count = min(others, publisher.get_subscription_count())
+    return f"to {count} subscription{'s' * (count != 1)}" if count else "and no other node subscribes to it"
 
 
 class Goal(GoalRecorder):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from course import hand_in
-from course.errors import BadArchive
+from course.errors import BadArchive, HandInError
 from course.foundation import cells
 from course.foundation.untrusted import Allowance, Archive
 
@@ -56,8 +56,16 @@ class Receipt:
 _latest: dict[Path, HandingIn] = {}  # by folder
 
 
+def expect_none(folder: Path) -> None:
+    """Raise HandInError while a hand-in from this folder is under way, as from another tab of the browser."""
+    known = _latest.get(folder.resolve())
+    if known and known.over is None:
+        raise HandInError(f"{known.progress} Wait for its end: the Exercise panel says when, and what was handed in.")
+
+
 def begin(folder: Path) -> HandingIn:
-    """Return a hand-in from this folder that begins now."""
+    """Return a hand-in from this folder that begins now; raises HandInError while another one is under way."""
+    expect_none(folder)
     made = _latest[folder.resolve()] = HandingIn()
     return made
 

@@ -32,6 +32,7 @@ class HandingIn(Beside):
             raise web.HTTPError(400, "a name is a text, and what is agreed to are doubts by file")
         folder = self.notebook(path).parent
         try:
+            handed_in.expect_none(folder)
             found = await asyncio.to_thread(hand_in.read, folder)
         except HandInError as error:
             self.finish({"error": str(error)})
@@ -47,10 +48,14 @@ class HandingIn(Beside):
             }
             self.finish({"ask": ask})
             return
+        try:
+            handing_in = handed_in.begin(folder)
+        except HandInError as error:  # another one has begun meanwhile
+            self.finish({"error": str(error)})
+            return
         self.set_header("Content-Type", "application/x-ndjson")
         loop = asyncio.get_running_loop()
         news: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
-        handing_in = handed_in.begin(folder)
 
         def work() -> None:
             def tell(message: dict[str, Any] | None) -> None:
