@@ -903,7 +903,7 @@ WRONG = {
 """,
             )
         ),
-        {"proportional"},
+        {"integral", "proportional"},
     ),
     "looks at limits that are not declared yet": (
         node(
