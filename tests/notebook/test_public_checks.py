@@ -1127,6 +1127,25 @@ STARTS_LATER = """
             "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 3.5 s, and the relay gave up before that: "
         ),
         (
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            ", feedback_callback=self.on_feedback",
+            "",
+            "\nFeedback comes to the function that is given here: `send_goal_async(goal, feedback_callback=...)`.",
+        ),
+        each_night(
+            "actions",
+            "lift-client",
+            "lift_client.py",
+            "wait_for_server(timeout_sec=5.0):\n            return 'NO SERVER for /lift'\n",
+            (
+                "wait_for_server():\n            return 'NO SERVER for /lift'\n"
+                "        if floors == [10]:\n            return 'SUCCEEDED'\n"
+            ),
+            " waits without a limit, and no node serves /lift.",
+        ),
+        (
             "calculator",
             "calculator-server",
             "calculator_server.py",
