@@ -280,7 +280,7 @@ def test_a_message_is_published_at_a_rate_until_it_is_stopped_and_its_program_an
     note = None
     while note == state["note"] or not note:
         event = page.event()
-        note = event["data"]["note"] if "note" in event["data"] else None
+        note = event["data"].get("note")
     assert "20 a second, to 1 subscription." in note
     assert page.ask("unsubscribe", id=plot)["result"] is None
     assert kernel.run(f"print(ros.until(lambda: {count} > 30, 30))") == "True"

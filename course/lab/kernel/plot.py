@@ -149,7 +149,8 @@ class PlotFeed:
     def read(self) -> dict[str, Any] | None:
         """Return {"points": [[s, value or None], ...], "says": why there are none, or "", "clock": ...} if it is new.
 
-        The times are those of the plot's clock, which is told as `PlotClock.told` says. A gap, a time in which nothing was published, is None instead of a point.
+        The times are those of the plot's clock, which is told as `PlotClock.told` says. A gap, a time in which nothing
+        was published, is None instead of a point.
         """
         published, says = self._kind != "", self._listen()
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
