@@ -145,7 +145,9 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     page.wait_for_function("() => / put at x = /.test(document.querySelector('.ros-Robot-said').textContent)")
     put = re.search(PUT, view.inner_text())
     assert [float(put[1]), float(put[2])] == pytest.approx(wanted, abs=0.05)
-    view.get_by_role("button", name="Drop an obstacle").click()
+    dropping, facts = view.get_by_role("button", name="Drop an obstacle"), view.locator(".ros-Robot-facts")
+    assert dropping.bounding_box()["y"] < facts.bounding_box()["y"]  # near the picture, in which one clicks then
+    dropping.click()
     page.mouse.click(*middle)
     expect(view).to_contain_text("No obstacle fits there: the robot stands there.")
 
@@ -234,12 +236,15 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(speeds).to_contain_text("none any more: the robot has stopped")
     whole = view_of(canvas)[0]
     view.get_by_role("button", name="Zoom in", exact=True).click()
+    expect(view.get_by_text("Zoom in", exact=True).first).to_be_visible()  # `+` alone is the key for a faster world
     canvas.press("i")
     assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(2.25 * whole, abs=0.01), WAIT / 1e3)
     view.get_by_role("button", name="Fit room").click()
     assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(whole, abs=0.01), WAIT / 1e3)
     run_from_palette(page, "ROS course", "Plot")
     plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+    plot.get_by_label("Topic").select_option("/scan")
+    expect(plot.get_by_label("Field")).to_have_value("ranges[0]")
     plot.get_by_label("Topic").select_option("/odom")
     expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
     plot.get_by_label("Field").fill("twist.twist.linear.q")

@@ -8,7 +8,7 @@ import { checkIcon } from '@jupyterlab/ui-components';
 import * as React from 'react';
 
 import { Current } from './current';
-import { fileOf, handIn } from './handing_in';
+import { fileOf, HANDED_IN, handIn } from './handing_in';
 import { CONNECTING, FirstCell, instead, liveCell, SidePanel, useCurrent } from './panel';
 import { post } from './server';
 
@@ -129,7 +129,10 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
     });
     // A cell writes its file when it runs, and the kernel's status then changes.
     panel.sessionContext.statusChanged.connect(later);
+    const now = () => void look();
+    window.addEventListener(HANDED_IN, now);
     return () => {
+      window.removeEventListener(HANDED_IN, now);
       gone = true;
       window.clearTimeout(timer);
       window.clearInterval(every);

@@ -11,7 +11,8 @@ export interface Field {
   fields?: Field[];
   length?: number | null; // of a list of messages with a fixed length
   about?: string; // about a parameter
-  fixed?: boolean; // true for a parameter that cannot be set
+  fixed?: boolean; // true for a parameter whose type is unknown, so that it cannot be set
+  read_only?: boolean; // true for a parameter that its node refuses to set
 }
 
 /** The input in the fields of a message: texts as typed. */

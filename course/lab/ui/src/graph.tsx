@@ -425,6 +425,11 @@ function Flows({ link }: { link: Link }): JSX.Element {
               </option>
             ))}
           </select>
+          {all.length < Math.max(...all.map(each => Number(each.number.split('.')[1]))) && (
+            <p className="ros-quiet">
+              Only the last ones of each name and sender are listed: older calls and goals are left out.
+            </p>
+          )}
           <ExchangeView key={one.number} link={link} number={one.number} />
         </>
       )}

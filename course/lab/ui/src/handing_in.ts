@@ -27,6 +27,8 @@ interface Done {
 
 const NAME = 'ros2-course:name'; // the browser's key for the student's name
 const PASSED = 'passed';
+/** The event of the window after a hand-in. */
+export const HANDED_IN = 'ros2-course:handed-in';
 
 export const handInIcon = new LabIcon({
   name: 'ros2-course:hand-in',
@@ -100,6 +102,7 @@ export async function handIn(panel: NotebookPanel, contents: Contents.IManager):
       const said: any = await deliver({ path, name: name || null, agreed });
       if (said.done) {
         document.getElementById('refresh_assignments_list')?.click(); // of nbgrader's tab, if it is open
+        window.dispatchEvent(new Event(HANDED_IN));
         await showDone(said.done, contents);
         return;
       }
@@ -164,6 +167,7 @@ async function ask(question: Ask, before: string): Promise<string | null> {
   body.append(element('p', '', `You hand in: ${question.files.join(', ')}.`));
   const input = document.createElement('input');
   input.className = 'jp-mod-styled';
+  input.placeholder = question.name; // which counts for an empty field
   input.value = before || localStorage.getItem(NAME) || question.name;
   if (question.known) {
     body.append(element('p', '', `You hand in as ${question.name}.`));

@@ -434,7 +434,10 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
             Parameter
             <select value={one.name} onChange={event => show(event.target.value)}>
               {settable.map(field => (
-                <option key={field.name}>{field.name}</option>
+                <option key={field.name} value={field.name}>
+                  {field.name}
+                  {field.read_only && ' (read-only)'}
+                </option>
               ))}
             </select>
           </label>

@@ -7,6 +7,8 @@ import { useTopic } from './panel';
 
 const KEPT = 1000; // lines in the page
 const SEARCH = 300; // ms without a key until a search begins
+const EDGE = 8; // px from the edge of the log to the middle of a line
+const LINE = '.ros-Log-line';
 const FIRST = 1000; // ms in which the first lines come, if there are any
 const LEVELS: [string, string][] = [
   ['DEBUG', 'All levels'],
@@ -82,10 +84,17 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
   const box = React.useRef<HTMLDivElement>(null);
   const atEnd = React.useRef(true);
   const top = React.useRef(0); // px, at the last scroll
+  const [first, setFirst] = React.useState(-1); // the id of the first line in view, which names its node
+  const look = () => {
+    const { left, top, height } = box.current!.getBoundingClientRect();
+    const found = height > 0 && document.elementsFromPoint(left + EDGE, top + EDGE).find(each => each.matches(LINE));
+    setFirst(found ? Number((found as HTMLElement).dataset.id) : -1);
+  };
   React.useLayoutEffect(() => {
     if (box.current && atEnd.current) {
       box.current.scrollTop = box.current.scrollHeight;
     }
+    look();
   }, [lines]);
   React.useEffect(() => {
     const sized = new ResizeObserver(([{ target }]) => {
@@ -155,21 +164,23 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
             atEnd.current = end;
           }
           top.current = scrollTop;
+          look();
         }}
       >
         {lines.map((line, number) => {
           const source = sources[number];
+          const other = source !== sources[number - 1] || line.id === first;
           const open = choice === null || (choice.pid === 0 && source !== line.node);
-          return <LogLine key={line.id} line={line} source={source} named={open && source !== sources[number - 1]} />;
+          return <LogLine key={line.id} line={line} source={source} named={open && other} />;
         })}
       </div>
     </section>
   );
 }
 
-/** A line; the node is named where it is another one than in the line above, and on hovering. */
+/** A line; the node is named where it is another one than in the line above, in the first line in view, on hovering. */
 const LogLine = React.memo(({ line, source, named }: { line: Line; source: string; named: boolean }) => (
-  <div className={`ros-Log-line ros-mod-${line.level}`} title={source}>
+  <div className={`ros-Log-line ros-mod-${line.level}`} data-id={line.id} title={source}>
     {line.stamp && <Time stamp={line.stamp} />}
     <span className="ros-level">{line.level}</span>{' '}
     {named && (

@@ -25,7 +25,7 @@ const SPANS: [number, string][] = [
   [600, '10 min']
 ];
 const FIRST = ['/cmd_vel', '/odom', '/scan']; // topics that are chosen before others
-const USUAL = 'linear.x'; // and the field
+const USUAL = ['linear.x', 'ranges[0]']; // and the field
 const STEP = 0.1; // of the frame, for an arrow key
 const PICTURE: [number, number] = [1200, 600]; // px, of a saved picture
 const OLD = 3; // s without a message, after which the last number is told as such
@@ -100,6 +100,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
   const canvas = React.useRef<HTMLCanvasElement>(null);
   const message = instead(current, link);
   const paused = memory.until !== null;
+  const path = current.panel?.context.path ?? '';
   useEvery(NUMBERS, redraw);
   useDrawing(canvas, memory);
   const change = (changed: Partial<Memory>) => {
@@ -129,7 +130,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
             setFailed('');
             if (!memory.series.some(each => each.topic === topic && each.field === field)) {
               const first = !memory.series.length && { began: nowOf(null), clock: null, simulated: false };
-              const made = { topic, field, unit: unitOf(type, field), times: [], values: [] };
+              const made = { topic, field, unit: unitOf(type, field), from: path, times: [], values: [] };
               change({ ...first, series: [...memory.series, made] });
             }
           }}
@@ -151,6 +152,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
                 place={place}
                 value={valueAt(each, until)}
                 paused={paused}
+                away={each.from && each.from !== path ? each.from.split('/').pop()! : ''}
                 hear={clock => {
                   memory.clock = heard(memory.clock, clock);
                   memory.simulated ||= clock.simulated;
@@ -273,7 +275,7 @@ function Choice(props: {
       link.request('plot.fields', { type_name: type }).then(
         (found: string[]) => {
           if (wanted) {
-            const usual = found.find(each => each === USUAL || each.endsWith(`.${USUAL}`));
+            const usual = found.find(each => USUAL.some(name => each === name || each.endsWith(`.${name}`)));
             setFound(found);
             setField(usual ?? found.find(each => !each.startsWith('header.')) ?? found[0] ?? '');
           }
@@ -343,6 +345,7 @@ function Row(props: {
   place: number;
   value: number | null | undefined;
   paused: boolean;
+  away: string; // the notebook from which it was chosen, if another one is in front
   hear: (clock: any) => Clock; // called with the kernel's
   remove: () => void;
   failed: (why: string) => void;
@@ -372,7 +375,7 @@ function Row(props: {
   );
   const value = came || props.paused ? props.value : undefined;
   const silent = came && !props.paused ? (Date.now() - last.current) / 1000 : 0; // s
-  const note = says || (!came && 'Nothing has come yet.') || (silent > OLD && `Nothing has come for ${Math.round(silent)} s.`);
+  const note = (says && props.away ? `From ${props.away}, which is not in front now.` : says) || (!came && 'Nothing has come yet.') || (silent > OLD && `Nothing has come for ${Math.round(silent)} s.`);
   return (
     <li>
       <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(props.place)})` }} aria-hidden="true" />

@@ -4,6 +4,7 @@ export interface Series {
   topic: string;
   field: string;
   unit: string; // '' if unknown
+  from: string; // the path of the notebook that was in front when it was chosen
   times: number[]; // s, by the plot's clock
   values: Value[];
 }

@@ -180,59 +180,59 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         <>
           {sees.length === 0 && <NoRobot was={state.scan !== null} rooms={rooms} link={link!} drivers={drivers} />}
           {(sees.length > 0 || state.scan) && (
-            <>
-              <div className="ros-Robot-main">
-                <Stage
-                  state={state}
-                  controlled={world !== null}
-                  driver={driver}
-                  carrying={world !== null && carrying}
-                  dropping={dropping}
-                  pause={pause}
-                  reset={reset}
-                  place={place}
-                  drop={drop}
-                  drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
-                  faster={faster}
-                  cancel={() => setDropping(false)}
-                />
-                {sees.length > 0 && (
-                  <div className="ros-Robot-hands">
-                    <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
-                      <span>Arrow keys and mouse:</span>
-                      <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
-                        Drive
-                      </button>
-                      <button
-                        aria-pressed={carrying && world !== null}
-                        disabled={!world}
-                        onClick={() => setCarrying(true)}
-                      >
-                        Move the robot
-                      </button>
-                    </div>
-                    {carrying && world ? (
-                      <p className="ros-quiet">
-                        Drag the robot, or click on the picture and use the arrow keys, Q and E.
-                      </p>
-                    ) : (
-                      <Pad driver={driver} idle={state.idle} />
-                    )}
+            <div className="ros-Robot-main">
+              <Stage
+                state={state}
+                controlled={world !== null}
+                driver={driver}
+                carrying={world !== null && carrying}
+                dropping={dropping}
+                pause={pause}
+                reset={reset}
+                place={place}
+                drop={drop}
+                drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
+                faster={faster}
+                cancel={() => setDropping(false)}
+              />
+              {sees.length > 0 && (
+                <div className="ros-Robot-hands">
+                  <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
+                    <span>Arrow keys and mouse:</span>
+                    <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
+                      Drive
+                    </button>
+                    <button
+                      aria-pressed={carrying && world !== null}
+                      disabled={!world}
+                      onClick={() => setCarrying(true)}
+                    >
+                      Move the robot
+                    </button>
+                    <button aria-pressed={dropping} disabled={!world} onClick={() => setDropping(!dropping)}>
+                      Drop an obstacle
+                    </button>
                   </div>
-                )}
-              </div>
-              <Facts state={state} paused={paused} />
-            </>
+                  {carrying && world ? (
+                    <p className="ros-quiet">
+                      Drag the robot, or click on the picture and use the arrow keys, Q and E.
+                    </p>
+                  ) : (
+                    <Pad driver={driver} idle={state.idle} />
+                  )}
+                </div>
+              )}
+            </div>
           )}
+          <div className="ros-Robot-said" role="status">
+            {dropping ? 'Click in the room, where the obstacle is to be; Esc cancels.' : said}
+          </div>
+          {(sees.length > 0 || state.scan) && <Facts state={state} paused={paused} />}
           {knobs.filter(node => node !== world).map(node => (
             <Knobs key={node.name} node={node} link={link!} without={[]} />
           ))}
           {sees.length > 0 && world && (
-            <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set}>
-              <button aria-pressed={dropping} onClick={() => setDropping(!dropping)}>
-                Drop an obstacle
-              </button>
-            </Controls>
+            <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set} />
           )}
           {sees.length > 0 && !world && (
             <p className="ros-quiet">
@@ -240,9 +240,6 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
               a robot of your own as you have written it.
             </p>
           )}
-          <div className="ros-Robot-said" role="status">
-            {dropping ? 'Click in the room, where the obstacle is to be; Esc cancels.' : said}
-          </div>
           {world && <Knobs key={world.name} node={world} link={link!} without={CONTROLLED} />}
         </>
       )}
@@ -307,21 +304,19 @@ function Controls({
   rooms,
   room,
   speed,
-  set,
-  children
-}: React.PropsWithChildren<{
+  set
+}: {
   world: KnobNode;
   rooms: { [name: string]: string };
   room: string;
   speed: number;
   set: (values: object, done: string) => Promise<void>;
-}>): JSX.Element {
+}): JSX.Element {
   const [beams, first] = [Number(valueOf(world, 'beams')), Number(valueOf(world, 'angle_min'))];
   const scanner = SCANNERS.findIndex(each => each[1] === beams && Math.abs(each[2] - first) < 1e-3);
   const speeds = SPEEDS.includes(speed) ? SPEEDS : [...SPEEDS, speed].sort((one, other) => one - other);
   return (
     <div className="ros-Robot-controls" role="group" aria-label="The world">
-      {children}
       <label>
         Simulation speed
         <select

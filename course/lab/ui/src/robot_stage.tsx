@@ -214,11 +214,11 @@ export function Stage(props: Props): JSX.Element {
       </div>
       <div className="ros-Robot-under">
         <div className="ros-Robot-zoom" role="group" aria-label="Zoom">
-          <button aria-label="Zoom in" title="Zoom in (I)" onClick={() => closer(1.5)}>
-            +
+          <button title="Zoom in (I)" onClick={() => closer(1.5)}>
+            Zoom in
           </button>
-          <button aria-label="Zoom out" title="Zoom out (U)" onClick={() => closer(1 / 1.5)}>
-            −
+          <button title="Zoom out (U)" onClick={() => closer(1 / 1.5)}>
+            Zoom out
           </button>
           <button title="Show the whole room (0)" onClick={whole}>
             Fit room
