@@ -104,11 +104,13 @@ def _check(header: bytearray) -> None:
 
 
 def _number(field: bytearray) -> int:
-    """Return a number in octal digits or, marked by its first byte, in base 256, as in GNU tar."""
-    try:
-        return int.from_bytes(field[1:], "big") if field[0] == 0x80 else int(field.strip(b"\0 ") or b"0", 8)
-    except ValueError:
-        raise _unreadable("it is damaged, or no tar archive") from None
+    """Return a number, never below zero, in octal digits or, marked by its first byte, in base 256, as in GNU tar."""
+    if field[0] == 0x80:
+        return int.from_bytes(field[1:], "big")
+    digits = field.strip(b"\0 ") or b"0"
+    if digits.strip(b"01234567"):  # int() also accepts signs and underscores
+        raise _unreadable("it is damaged, or no tar archive")
+    return int(digits, 8)
 
 
 def _name(header: bytearray) -> str:
@@ -124,7 +126,7 @@ def _decoded(name: bytes) -> str:
 def _time(header: bytearray) -> tuple[int, int, int, int, int, int]:
     try:
         time = max(EARLIEST, datetime.fromtimestamp(_number(header[136:148]), UTC))
-    except (OverflowError, ValueError, OSError):
+    except (BadArchive, OverflowError, ValueError, OSError):
         time = EARLIEST
     return time.year, time.month, time.day, time.hour, time.minute, time.second
 

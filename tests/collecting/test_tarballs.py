@@ -84,6 +84,11 @@ HOSTILE = {
     "a damaged description": (lambda: raw(({"kind": tarfile.XHDTYPE}, b"0 path=x\n" * 9)), "a header in it is"),
     "no size": (lambda: raw(({"size": b"nonsense    "}, b"")), "it is damaged, or no tar archive"),
     "a size below zero": (lambda: raw(({"size": b"\xff" * 12}, b"")), "it is damaged, or no tar archive"),
+    "an octal size below zero": (  # the folder before it would be read again, and again
+        lambda: raw(({"name": "x/", "kind": tarfile.DIRTYPE, "size": b"-0000001000\0"}, b"")),
+        "it is damaged, or no tar archive",
+    ),
+    "a size with underscores": (lambda: raw(({"size": b"0_0_0_0_0_0\0"}, b"")), "it is damaged, or no tar archive"),
     "a size without end": (lambda: raw(({"size": b"\x80" + b"\xff" * 11}, b"")), "it ends too early"),
     "cut": (lambda: packed([("relay.py", os.urandom(5000))])[:3000], "not a .tar.gz archive that can be read"),
     "damage": (lambda: gzip.compress(b"relay.py" * 1000), "it is damaged, or no tar archive"),
