@@ -124,6 +124,19 @@ def test_what_is_folded_can_be_unfolded(path):
 
 
 @sections
+def test_a_task_shows_its_core_and_an_example_and_folds_its_stretch_and_its_marks(path):
+    """In this order: how a task is written, the core with an example, edge cases, points."""
+    written = [cell.source for cell in cells.read(path) if cell.kind == "markdown"]
+    tasks = [text for text in written if "<summary>How it is marked" in text]
+    assert any("The **core** of a" in text for text in written) and tasks
+    for text in tasks:
+        core, *folded = re.split(r"<details><summary>(?=Stretch: |How it is marked)", text)
+        assert FENCED.search(core) or core.startswith("### Your turn, step 1"), f"no example: {core[:80]}"
+        names = [re.match(r"\w+", each)[0] for each in folded]
+        assert names == ["Stretch"] * (len(names) - 1) + ["How"], names
+
+
+@sections
 def test_the_summary_has_five_lines(path):
     assert len(items(part(path, "Summary"))) == 5
 
