@@ -24,6 +24,7 @@ from course.foundation.waiting import wait_until
 from course.ros.discovery import COUNTABLE, ask_participants, participants_here
 from course.ros.fast_dds import ignore_discovery
 from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
+from course.ros.node_names import names_and_namespaces
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
     from rclpy.executors import SingleThreadedExecutor
@@ -182,9 +183,10 @@ class Graph:
         return bool(ready())
 
     def _size(self) -> tuple[int, ...]:
-        with self.handle:
+        with self.handle, contextlib.suppress(UnicodeDecodeError):
             endpoints = self.rclpy.rclpy_get_topic_names_and_types(self.handle, True)
-            return len(self.handle.get_node_names_and_namespaces()), len(endpoints)
+            return len(names_and_namespaces(self.handle)[0]), len(endpoints)
+        return ()
 
     def complete(self, *, names_only: bool = True) -> bool:
         """Return True if all participants of this host are known, with their nodes.
@@ -215,8 +217,11 @@ class Graph:
     def _endpoints(self, side: str, topic: str) -> list[tuple[bytes, str]]:
         """Return the participant and the node (or '') of each publisher or subscription (`side`) of a topic."""
         look = getattr(self.rclpy, f"rclpy_get_{side}_info_by_topic")
-        with self.handle:
-            infos = look(self.handle, topic, not topic.startswith("/"))
+        try:
+            with self.handle:
+                infos = look(self.handle, topic, not topic.startswith("/"))
+        except UnicodeDecodeError:  # a node's name is no text
+            return []
         return [
             (bytes(info["endpoint_gid"][:12]), "" if "UNKNOWN" in info["node_name"] else info["node_name"])
             for info in infos
@@ -248,9 +253,8 @@ class Graph:
     # --- looking ---
 
     def nodes(self, *, hidden: bool = False) -> list[NodeName]:
-        """Return the nodes; two nodes of the same name are listed twice."""
-        with self.handle:
-            found = self.handle.get_node_names_and_namespaces()
+        """Return the nodes; two nodes of the same name are listed twice, and a name that is no text is escaped."""
+        found, _ = names_and_namespaces(self.handle)
         return [
             NodeName(name, namespace, f"{namespace.rstrip('/')}/{name}")
             for name, namespace in found

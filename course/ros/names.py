@@ -1,6 +1,9 @@
 """Names in the ROS graph: with and without their namespace, and those that are hidden."""
 
+import re
+
 HIDDEN_PREFIX = "_"
+VALID = re.compile(r"(/[A-Za-z_]\w*)+", re.ASCII)
 PARAMETERS_OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 SERVICES_OF_EVERY_NODE = {
     "describe_parameters",
@@ -24,6 +27,11 @@ TYPE_NAMES = (
 def is_hidden(name: str) -> bool:
     """Return True if any part of the name of a topic, service or node begins with an underscore."""
     return any(part.startswith(HIDDEN_PREFIX) for part in name.split("/"))
+
+
+def is_valid(full_name: str) -> bool:
+    """Return True for a node's full name that rclpy accepts; a program without rclpy can announce any other."""
+    return bool(VALID.fullmatch(full_name))
 
 
 def own_first(parameter: str) -> tuple[bool, str]:

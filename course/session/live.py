@@ -31,6 +31,7 @@ from course.errors import LiveError
 from course.foundation.waiting import in_vain, lookouts, tellers, time_limit, wait_until
 from course.interfaces import builder, kept
 from course.ros.fast_dds import ignore_discovery
+from course.ros.onlooker import Onlooker
 from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
@@ -111,7 +112,9 @@ class Session:
         self.context.init(
             args=["--ros-args", "--disable-stdout-logs", "--disable-external-lib-logs"], domain_id=domain_id
         )
-        self.node = Node("_course_session", context=self.context, enable_rosout=False, start_parameter_services=False)
+        self.node = Onlooker(
+            "_course_session", context=self.context, enable_rosout=False, start_parameter_services=False
+        )
         self.node.destroy_node = self._keep  # type: ignore[method-assign]
         self._handles: dict[str, Handle] = {}
         self.watch = Watch(self._handles)

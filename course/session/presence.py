@@ -16,6 +16,7 @@ from rclpy.node import Node
 from course.foundation.waiting import wait_until
 from course.ros.discovery import is_of_process
 from course.ros.names import full, split
+from course.ros.onlooker import Onlooker
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
 from course.session.node_process import NodeProcess
 
@@ -30,6 +31,11 @@ class Presence:
 
     def __init__(self, node: Node):
         self._node = node
+
+    @property
+    def unreadable(self) -> bool:
+        """Return True if a node of the last list has a name that is no text: `names` leaves it out."""
+        return isinstance(self._node, Onlooker) and self._node.unreadable
 
     def names(self) -> list[str]:
         """Return the full names of all nodes, hidden ones too; a name of two nodes is listed twice."""

@@ -241,6 +241,8 @@ class StartedNodes:
         rows += [
             Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
         ]
+        if self._presence.unreadable:
+            rows.append(Row("(a name that is no text)", "running", None, "not started by this session"))
         return sorted(rows, key=lambda row: row.name)
 
     def _called(self, name: str, keys: Collection[str]) -> list[str]:

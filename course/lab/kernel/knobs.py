@@ -15,7 +15,7 @@ from course.foundation.waiting import wait_until
 from course.lab.kernel.nodes import answer
 from course.lab.kernel.panels import Panels, Topic
 from course.lab.kernel.robot_listener import RobotListener, Source, close_listener, listener_in_use, open_listener
-from course.ros.names import PARAMETERS_OF_EVERY_NODE
+from course.ros.names import PARAMETERS_OF_EVERY_NODE, is_valid
 from course.session.logs import decoded
 
 FOUND = 1.0  # s that discovering a node's services may take
@@ -184,6 +184,8 @@ def _finite(value: float) -> float | None:
 
 def _ask(listener: RobotListener, node: str, kind: Any, **fields: Any) -> Any:
     """Return the response of a node's parameter service, or None if there is none."""
+    if not is_valid(node):
+        return None
     client = listener.client(kind, node, SERVICES[kind])
     wait_until(client.service_is_ready, FOUND, alert=False)
     return answer(client, kind.Request(**fields))

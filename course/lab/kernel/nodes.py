@@ -15,7 +15,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from course.errors import LiveError
 from course.lab.kernel.panels import Changes, Panels, Topic
-from course.ros.names import OF_EVERY_NODE, is_hidden, own_first, split
+from course.ros.names import OF_EVERY_NODE, is_hidden, is_valid, own_first, split
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError
 from course.session.live import Session, current
 from course.session.table import Row
@@ -103,9 +103,11 @@ class Details:
         live = session()
         if live is not self._session:
             self._session = live
+            kinds = {"list_parameters": ListParameters, "get_parameters": GetParameters}
             self._clients = [
-                live.node.create_client(ListParameters, f"{self._name}/list_parameters"),
-                live.node.create_client(GetParameters, f"{self._name}/get_parameters"),
+                live.node.create_client(kind, f"{self._name}/{service}")
+                for service, kind in kinds.items()
+                if is_valid(self._name)
             ]
         found = {**endpoints(live, self._name), **self._parameters()}
         if found == self._last:
@@ -124,6 +126,8 @@ class Details:
 
         The parameters that every node has come last.
         """
+        if not self._clients:
+            return {"parameters": [], "silent": True}
         listing, getting = self._clients
         listed = answer(listing, ListParameters.Request())
         names = sorted(listed.result.names, key=own_first)[:SHOWN] if listed else []
@@ -159,7 +163,7 @@ def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dic
 def _listed(ask: Callable[[], Iterable[tuple[str, list[str]]]], *, everything: bool) -> list[list[str]]:
     try:
         found = list(ask())
-    except (NodeNameNonExistentError, RCLError):  # it has left the graph
+    except (NodeNameNonExistentError, RCLError, UnicodeDecodeError):  # it has left the graph, or an invalid name
         return []
     return sorted([name, ", ".join(types)] for name, types in found if everything or of_interest(name, types[0]))
 
