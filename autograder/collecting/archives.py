@@ -17,6 +17,7 @@ from course.foundation.untrusted import Allowance, Archive, shortened
 ARCHIVE, TARBALLS = ".zip", (".tar.gz", ".tgz")
 MAX_STUDENT = 50_000_000  # unpacked bytes of all that one student handed in; an exercise has up to 1,000,000
 MAX_CLASS = 2_000_000_000  # unpacked bytes of a bulk download
+MAX_UNNAMED = 500_000_000  # the same, when no platform has named anybody: it may be one student's
 MAX_FILES = 1_000  # of one student's archive
 MAX_CLASS_FILES = 20_000
 DEEPEST = 8  # nested folders

@@ -17,6 +17,7 @@ from autograder.collecting.archives import (
     MAX_CLASS,
     MAX_CLASS_FILES,
     MAX_STUDENT,
+    MAX_UNNAMED,
     ArchivedFile,
     Packed,
     contents,
@@ -275,7 +276,7 @@ def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list
     archive, including its receipt.
     """
     named = any(is_traced(file.path) for file in inside)
-    everybody = Allowance(MAX_CLASS)
+    everybody = Allowance(MAX_CLASS if named else min(MAX_CLASS, MAX_UNNAMED))
     each_student: dict[object, Allowance] = defaultdict(lambda: Allowance(MAX_STUDENT, everybody))
     loose: dict[tuple[str, ...], list[tuple[Packed | Loose, Origin]]] = defaultdict(list)
     for number, file in enumerate(inside):

@@ -5,7 +5,6 @@ forever (CVE-2024-6232, CVE-2025-8194).  This module reads the small part of the
 with the long names of pax and GNU tar).
 """
 
-import gzip
 import zlib
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -18,6 +17,9 @@ BLOCK = 512  # bytes
 FILES, FOLDER, LINKS = {b"0", b"\0", b"7"}, b"5", {b"1", b"2"}  # types of entries
 LONG_NAME, LONG_LINK, EXTENDED, GLOBAL = b"L", b"K", b"x", b"g"  # types of entries that describe the next one
 LONGEST_DESCRIPTION = 65_536  # bytes
+GZIP = 31  # the format with a header, for zlib
+MOST_PARTS = 2_000  # of a gzip file; bgzip makes one of 65,280 bytes
+MOST_IDLE = 300_000  # bytes; ordinary files have none but a long name and what fills up the last block
 EARLIEST = datetime(1980, 1, 1, tzinfo=UTC)  # as in zip archives
 
 
@@ -40,7 +42,7 @@ class Entry:
 class Tarball:
     """The files of an open .tar.gz archive, without its folders; raises BadArchive for any other file.
 
-    It is unpacked into memory, within `allowance`; an archive of more than `most` entries is refused.
+    It is unpacked into memory, which spends of `allowance`; an archive of more than `most` entries is refused.
     """
 
     def __init__(self, file: BinaryIO, allowance: Allowance, most: int):
@@ -48,11 +50,10 @@ class Tarball:
         self.files = self._entries(most)
 
     def read(self, entry: Entry, allowance: Allowance) -> bytes:
-        """Return a file's content; raises BadArchive for a link, and for more than is allowed."""
+        """Return a file's content, for which `allowance` has paid already; raises BadArchive for a link."""
         if entry.kind not in FILES:
             kind = "a link" if entry.kind in LINKS else "not an ordinary file"
             raise BadArchive(f"{shortened(entry.filename)} is {kind}")
-        allowance.spend(entry.size)
         return bytes(self._content[entry.begin : entry.begin + entry.size])
 
     def _entries(self, most: int) -> list[Entry]:
@@ -84,14 +85,29 @@ class Tarball:
 
 
 def _unzipped(file: BinaryIO, allowance: Allowance) -> bytearray:
+    """Return the content; raises BadArchive for damage, and for what takes long to unpack to little."""
     content = bytearray()
+    parts, idle = 0, 0  # `idle`: bytes that unpacked to little
+    part = None
     try:
-        with gzip.GzipFile(fileobj=file) as stream:
-            while chunk := stream.read(CHUNK):
-                allowance.require(len(content) + len(chunk))
-                content += chunk
-    except (OSError, EOFError, zlib.error) as error:
+        while packed := file.read(CHUNK):
+            read, before = len(packed), len(content)
+            while packed:
+                if part is None:
+                    if parts and not (packed := packed.lstrip(b"\0")):  # some programs fill up the last block
+                        break
+                    part, parts = zlib.decompressobj(GZIP), parts + 1
+                unpacked = part.decompress(packed, CHUNK)
+                allowance.spend(len(unpacked))
+                content += unpacked
+                packed, part = (part.unused_data, None) if part.eof else (part.unconsumed_tail, part)
+            idle += read if len(content) - before < read // 2 else 0
+            if idle > MOST_IDLE or parts > MOST_PARTS:
+                raise _unreadable("too much of it unpacks to nothing")
+    except (OSError, zlib.error) as error:
         raise _unreadable(type(error).__name__) from None
+    if part is not None:
+        raise _unreadable("it ends too early")
     if not content:
         raise _unreadable("it is empty")
     return content

@@ -23,6 +23,7 @@ from .test_hostile_archives import measured
 
 MB = 1_000_000
 FORMATS = {"ustar": tarfile.USTAR_FORMAT, "GNU": tarfile.GNU_FORMAT, "pax": tarfile.PAX_FORMAT}
+PLAIN, NAMED = (b"\x1f\x8b\x08" + bytes([flags]) + bytes(6) for flags in (0, 8))  # how a gzip file begins
 LONG = "folder/" * 5 + "n" * 120 + "ü.py"
 
 
@@ -93,6 +94,10 @@ HOSTILE = {
     "cut": (lambda: packed([("relay.py", os.urandom(5000))])[:3000], "not a .tar.gz archive that can be read"),
     "damage": (lambda: gzip.compress(b"relay.py" * 1000), "it is damaged, or no tar archive"),
     "nothing": (lambda: gzip.compress(b""), "it is empty"),
+    "parts without end": (lambda: gzip.compress(b"") * 20_000, "too much of it unpacks to nothing"),
+    "parts of a byte": (lambda: gzip.compress(b"x" * 1000) * 3_000, "too much of it unpacks to nothing"),
+    "a long name in gzip's header": (lambda: NAMED + b"n" * 400_000, "too much of it unpacks to nothing"),
+    "blocks of nothing": (lambda: PLAIN + b"\0\0\0\xff\xff" * 80_000, "too much of it unpacks to nothing"),
     "sparse": (sparse, "relay.py is not an ordinary file"),
     "a link": (lambda: packed([(entry("relay.py", tarfile.SYMTYPE, linkname="/etc/passwd"), b"")]), "is a link"),
     "a hard link": (lambda: packed([(entry("relay.py", tarfile.LNKTYPE, linkname="/etc/passwd"), b"")]), "is a link"),
@@ -127,6 +132,30 @@ def test_a_hostile_archive_costs_its_sender_alone(tmp_path, name):
     with pytest.raises(UsageError) as caught, unpacked(tmp_path / "bad.tgz", "services"):
         pass
     assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("bound", "name"), [("MAX_CLASS", "student{0}_{0}_1_work.tar.gz"), ("MAX_UNNAMED", "student{0}.tar.gz")]
+)
+def test_many_in_one_archive_have_a_bound_together(tmp_path, monkeypatch, bound, name):
+    """That of a class, or a lower one if no platform has named anybody: the archive may be one student's."""
+    monkeypatch.setattr(f"autograder.collecting.bundles.{bound}", 10 * MB)
+    bomb = gzip.compress(gzip.decompress(packed([("relay.py", b"x")])) + bytes(4 * MB))  # of no file in it
+    roster = Roster()
+    for number in range(4):
+        roster.add(f"student{number}", [])
+    bulk = archive(tmp_path / "bulk.zip", {name.format(number): bomb for number in range(4)})
+    result = collect([bulk], tmp_path / "out", roster)
+    assert [each.student for each in result.laid_out] == ["student0", "student1"]
+    assert [line.partition(": ")[2] for line in result.unplaced] == ["more than 10 MB when it is unpacked"] * 2
+
+
+@pytest.mark.parametrize("after", [b"", bytes(10_000), gzip.compress(b"")], ids=["nothing", "zeros", "a part"])
+def test_several_parts_and_a_filled_last_block_are_read(after):
+    content = gzip.decompress(packed([("relay.py", os.urandom(3 * MB))]))
+    parts = b"".join(gzip.compress(content[at : at + 65_280]) for at in range(0, len(content), 65_280))
+    (found,) = members_of(parts + after, "ada.tgz", Allowance(MAX_STUDENT))
+    assert found.content == content[BLOCK : BLOCK + 3 * MB]
 
 
 @pytest.mark.parametrize("form", FORMATS.values(), ids=FORMATS)
