@@ -20,6 +20,7 @@ from IPython import get_ipython
 
 from course.errors import CourseError
 from course.foundation import cells
+from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
@@ -63,6 +64,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
     shell.input_transformers_cleanup.append(_whole_cell)
+    cut_messages(shell.display_formatter)
     shell.set_custom_exc((Exception, KeyboardInterrupt), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)
