@@ -18,7 +18,9 @@ from autograder.collecting.collect import collect, describe
 from autograder.errors import UsageError
 from autograder.platforms import origin
 from autograder.submissions.roster import Roster
+from course.errors import FeedbackError
 from course.foundation import untrusted
+from course.returned import pages
 
 from .test_collect import AUTOGRADER, FILES, archive, counted, handed_in, laid_out
 
@@ -223,10 +225,52 @@ def test_check_says_the_same_of_it_in_a_line(tmp_path, hostile):
     assert says in str(caught.value)
 
 
+def of_pages(content: bytes) -> bytes:
+    """The archive with pages in place of programs: `course feedback` reads nothing else."""
+    assert b"relay.py" in content
+    return content.replace(b"relay.py", b"ray.html")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "a bomb",
+        "bzip2",
+        "LZMA",
+        "a smaller size",
+        "a larger size",
+        "a link",
+        "a device",
+        "a pipe",
+        "a password",
+        "damage",
+    ],
+)
+def test_feedback_refuses_pages_in_it_for_the_same_reason(tmp_path, name, read_bytes):
+    make, says = HOSTILE[name]
+    (tmp_path / "bad.zip").write_bytes(of_pages(make()))
+    with pytest.raises(FeedbackError, match="bad.zip cannot be unpacked: ") as caught:
+        pages.take(tmp_path / "bad.zip")
+    assert says.replace("relay.py", "ray.html") in str(caught.value)
+    assert sum(read_bytes) <= pages.LARGEST_ARCHIVE
+
+
+@pytest.mark.parametrize(
+    "name", ["one file as a thousand", "up", "up, by backslashes", "absolute", "deep", "a zero byte"]
+)
+def test_feedback_takes_nothing_for_a_page_that_is_none(tmp_path, name, read_bytes):
+    content = HOSTILE[name][0]()
+    (tmp_path / "bad.zip").write_bytes(of_pages(content) if b"relay.py" in content else content)
+    with pytest.raises(FeedbackError, match="contains no page of feedback|cannot be unpacked"):
+        pages.take(tmp_path / "bad.zip")
+    assert sum(read_bytes) <= pages.LARGEST_ARCHIVE
+
+
 def test_the_commands_end_with_one_line_and_write_nothing(tmp_path):
     """As a person types them; what a name would do to the terminal is shown instead."""
     (tmp_path / "bomb.zip").write_bytes(HOSTILE["a bomb in archives"][0]())
     (tmp_path / "\x1b]0;owned\x07.zip").write_bytes(HOSTILE["a link"][0]())
+    (tmp_path / "page.zip").write_bytes(of_pages(HOSTILE["a bomb"][0]()))
     before = sorted(tmp_path.iterdir())
     for path in before:
         for command, status in (
@@ -237,6 +281,9 @@ def test_the_commands_end_with_one_line_and_write_nothing(tmp_path):
             assert ran.returncode == status
             assert (ran.stdout, len(ran.stderr.splitlines())) == ("", 1)
             assert "\x1b" not in ran.stderr and "\x07" not in ran.stderr
+            assert ("more than 50 MB" in ran.stderr) == (
+                path.name == "page.zip" or (path.name == "bomb.zip" and status == 2)
+            )
             assert ".zip" in ran.stderr and "Traceback" not in ran.stderr
     assert sorted(tmp_path.iterdir()) == before
 
