@@ -302,6 +302,13 @@ def test_the_workflow_calls_guards_and_tests_on_all_the_pythons_that_pyproject_a
     job = workflow["jobs"]["test"]
     steps = [step["run"] for step in job["steps"] if "run" in step]
     tests = "environment/test ${{ github.event_name == 'schedule' && '--all' || '' }}"
-    assert steps[-2:] == ["environment/check", tests]
+    assert steps[-3:-1] == ["environment/check", tests]
+    by_root = steps[-1].removeprefix("sudo environment/test -n 4 ").split()
+    here = Path(__file__).parents[1]
+    for_root = {
+        path.relative_to(here).parts[0] for path in here.rglob("test_*.py") if "geteuid() != 0" in path.read_text()
+    }
+    assert {f"tests/{folder}" for folder in for_root} <= {*by_root}
+    assert all((ROOT / folder).is_dir() for folder in by_root)
     assert {"push", "schedule"} <= {*workflow[True]}  # YAML 1.1 reads `on` so
     assert job["strategy"]["matrix"]["python"] == ["3.11", "3.12", "3.13"]
