@@ -1,5 +1,6 @@
 """A student's server is the student's: a page of it gets nothing from the instructor who opens it."""
 
+import sys
 from dataclasses import replace
 
 import pytest
@@ -10,6 +11,10 @@ from autograder.classroom import addresses, hub
 from tests.classroom import theft
 from tests.classroom.conftest import run_classroom
 from tests.classroom.visitor import Visitor
+
+RAN = "def ran(what):\n    with open('/home/ada/ran', 'a') as file:\n        file.write(what + chr(10))\n"
+ENABLED = '{"ServerApp": {"jpserver_extensions": {"planted": true}}}'
+SITE = f".local/lib/python{sys.version_info[0]}.{sys.version_info[1]}/site-packages"  # of the user
 
 
 @pytest.mark.long("the first test of the class: everybody's server starts")
@@ -49,6 +54,56 @@ for folder in ("/home/ada/notebooks", "/home/ada/.jupyter"):
         assert live.run("import os; print(os.path.exists('/home/ada/ran'))").text == "False\n"
     finally:
         live.run("import os\nfor f in ('notebooks', '.jupyter'): os.remove(f'/home/ada/{f}/nbgrader_config.py')")
+
+
+PLANTED = {
+    **{
+        f".jupyter/{name}_config.py": "ran(__file__)"
+        for name in ("jupyter", "jupyter_server", "jupyter_lab", "jupyter_notebook", "jupyter_singleuser", "nbgrader")
+    },
+    ".jupyter/jupyter_server_config.json": ENABLED,
+    ".jupyter/jupyter_server_config.d/planted.json": ENABLED,
+    ".local/etc/jupyter/jupyter_server_config.d/planted.json": ENABLED,
+    "jupyter_server_config.py": "ran(__file__)",
+    "jupyter_config.py": "ran(__file__)",
+    "nbgrader_config.py": "ran(__file__)",
+    "planted.py": "ran(__file__)",
+    **{
+        f"{SITE}/{name}.py": "ran(__file__)"
+        for name in ("planted", "usercustomize", "sitecustomize", "jupyter_server_config", "jupyterlab_git")
+    },
+    f"{SITE}/planted.pth": "import planted",
+}
+
+
+def test_a_server_runs_none_of_the_configuration_in_a_home(classroom, ada, kernel):
+    """Jupyter's own, that of its extensions, and Python's: all is there before the server starts."""
+    home = classroom.home(classroom.find("ada"))
+    files = {name: RAN + text if name.endswith(".py") else text for name, text in PLANTED.items()}
+    plant = f"""
+import os
+for name, text in {files!r}.items():
+    path = os.path.join("/home/ada", name)
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "x") as file:
+        file.write(text)
+"""
+    assert kernel(ada).run(plant).error == ""
+    try:
+        ada.stop()
+        ada.start()
+        for path in ("lab", "tree", "assignments?course_id=ros2", "courses", "api/contents", "api/terminals"):
+            assert ada.call("GET", path).ok
+        assert not (home / "ran").exists(), (home / "ran").read_text()
+        # They are where Jupyter looks: a server that is the student's own runs them.
+        own = (
+            "import subprocess, sys\nsubprocess.run([sys.executable, '-m', 'jupyter_server', 'list'], cwd='/home/ada')"
+        )
+        kernel(ada).run(own)
+        assert "jupyter_config.py" in (home / "ran").read_text()
+    finally:
+        for name in [*PLANTED, "ran"]:
+            (home / name).unlink(missing_ok=True)
 
 
 @pytest.mark.parametrize("certificate", ["", "/etc/ssl/class.pem"])
