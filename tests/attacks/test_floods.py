@@ -48,6 +48,14 @@ ATTACKS = {
             each.publish(bytes([0, 1, 0, 0]) + bytes(3))
         time.sleep(0.01)
 """,
+    "huge parameter events": """
+    events = node.create_publisher(ParameterEvent, '/parameter_events', QoSProfile(depth=1))
+    value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=40_000_000 * 'x')
+    huge = serialize_message(ParameterEvent(node='/x', new_parameters=[Parameter(name='p', value=value)]))
+    while True:
+        events.publish(huge)
+        time.sleep(0.3)
+""",
     "a graph without end": """
     for number in range(300):
         node.create_publisher(String, f'/{150 * "t"}{number}', 1)
@@ -108,7 +116,10 @@ def test_it_is_judged_and_sets_nothing_of_the_graders(reports, name):
     assert report.status == GRADED
     assert KILLED_JUDGE in report.flags or NOT_RUN not in [test.outcome for test in report.tests]
     assert "it was set" not in report.logs.get("motor_service.py", "")
-    if name in ("bytes that are no messages", "the grader's clock") and BUSY_MACHINE not in report.flags:
+    if (
+        name in ("bytes that are no messages", "huge parameter events", "the grader's clock")
+        and BUSY_MACHINE not in report.flags
+    ):
         assert report.score == report.max_score, [test.message for test in report.tests if test.message]
 
 
