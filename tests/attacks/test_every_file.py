@@ -149,7 +149,8 @@ rmw.rmw_publish_serialized_message.argtypes = [ctypes.c_void_p, ctypes.POINTER(A
 publisher = rmw.rmw_create_publisher(rcl.rcl_node_get_rmw_handle(node.handle.pointer), kind(), b'ros_discovery_info',
                                      Quality(1, 1, 1, 1, Time(), Time(), 1, Time(), True), Options(None, 0))
 message = ParticipantEntitiesInfo(node_entities_info_seq=[NodeEntitiesInfo(node_name='aZZZZ', node_namespace='/')])
-own = list(node.get_publishers_info_by_topic('/rosout')[0].endpoint_gid)[:12]
+ends = node.get_publishers_info_by_topic('/rosout')
+own = next(list(each.endpoint_gid)[:12] for each in ends if each.node_name == 'n')
 message.gid.data = [int(byte) for byte in own + [0, 0, 1, 0xc1]]
 data = bytes(serialize_message(message)).replace(b'ZZZZ', b'\xff\xfe\xff\xfe')
 while True:

@@ -18,6 +18,7 @@ from course.returned import pages
 from course.returned.record import Mark
 from tests.browser.conftest import WAIT
 from tests.browser.pages import cell, choose, draws_within, mark, open_page, run_from_palette, show_panel
+from tests.lab.test_strange_names import MARKUP, STRANGERS
 
 expect.set_options(timeout=WAIT)
 
@@ -49,7 +50,7 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class Hostile(Node):
     def __init__(self):
         super().__init__('hostile')
-        told = ParameterDescriptor(description=EVIL, additional_constraints=EVIL)
+        told = ParameterDescriptor(description=EVIL + 'described ' + {END!r}, additional_constraints=EVIL)
         self.declare_parameter('a' + EVIL, EVIL + {END!r}, told)
         self.declare_parameter('long', 'x' * 3_000_000)
         for number in range(300):
@@ -93,11 +94,16 @@ def main(args=None):
 main()
 """
 DYING = f"import rclpy\nrclpy.init()\nrclpy.create_node('dying')\nraise ValueError({EVIL!r})"
+# Ends with the kernel.
+NAMED = STRANGERS["markup, with endpoints"].replace(
+    "while True:", "import os\nparent = os.getppid()\nwhile os.getppid() == parent:"
+)
 CELLS = (
     "import course\n\nros = course.live()",
     f"%%exercise hostile.py\n{PROGRAM}",
     f"dying = {DYING!r}\nopen({FILE}, 'w').write(dying)",
     f"try:\n    ros.start({FILE})\nexcept Exception as error:\n    print(error)",
+    f"import subprocess, sys\nnamed = subprocess.Popen([sys.executable, '-c', {NAMED!r}])",
     "ros.logs()",
     "ros.nodes()",
     f"print({EVIL!r} + {END!r})",
@@ -175,7 +181,8 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         assert not obeyed(nodes.inner_text())
         assert nodes.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
         assert draws_within(page, 3000)  # ms, on a busy machine
-        expect(cell(page, 7).locator(".jp-OutputArea-output").first).to_contain_text("RuntimeError")
+        expect(nodes.get_by_role("button", name=f"/{MARKUP} running")).to_be_visible()
+        expect(cell(page, 8).locator(".jp-OutputArea-output").first).to_contain_text("RuntimeError")
         watch.check()
 
         inspector = show_panel(page, "Inspector")
@@ -186,9 +193,25 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
         watch.check()
 
+        inspector.get_by_label("What to do").select_option("Set a parameter")
+        inspector.get_by_role("combobox", name="Node", exact=True).select_option("/hostile ")
+        inspector.get_by_role("combobox", name="Parameter", exact=True).select_option(index=0)
+        expect(inspector).to_contain_text(f"described {END}")
+        assert not obeyed(inspector.inner_text())
+        watch.check()
+
         graph = show_panel(page, "Graph")
+        expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text(f"/{MARKUP}")
         expect(graph.get_by_role("list", name="The graph as a list")).to_contain_text("service_59")
         assert draws_within(page, 3000)  # ms
+        watch.check()
+
+        run_from_palette(page, "ROS course", "Plot")
+        plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+        plot.get_by_label("Topic").select_option("/odom")
+        expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
+        assert draws_within(page, 3000)  # ms
+        assert not obeyed(plot.inner_text())
         watch.check()
 
         run_from_palette(page, "ROS course", "Robot")

@@ -18,8 +18,8 @@ from rmw_dds_common.msg import Gid
 from sensor_msgs.msg import LaserScan
 scan = node.create_publisher(LaserScan, '/scan', 1)
 for topic in ('/parameter_events', '/scan'):
-    own = list(node.get_publishers_info_by_topic(topic)[0].endpoint_gid)
-    message.node_entities_info_seq[0].writer_gid_seq.append(Gid(data=own))
+    mine = next(each for each in node.get_publishers_info_by_topic(topic) if each.node_name == 'n')
+    message.node_entities_info_seq[0].writer_gid_seq.append(Gid(data=list(mine.endpoint_gid)))
 data = """
 MARKED = NO_NAME.replace("aZZZZ", MARKUP)
 STRANGERS = {
