@@ -15,7 +15,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from getpass import getuser
 from importlib.metadata import PackageNotFoundError, version
@@ -61,6 +61,14 @@ class HandIn:
         return [name for name in wanted if name not in self.files]
 
     @property
+    def digests(self) -> dict[str, dict[str, Any]]:
+        """Return the size and the digest of each file, by name."""
+        return {
+            name: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+            for name, content in self.files.items()
+        }
+
+    @property
     def unanswered(self) -> str:
         """Return a sentence that names the questions in words that have no answer, with their points; '' for none."""
         open_ones = [f"{name} ({points:g} points)" for name, points in unanswered(self.cells).items()]
@@ -97,6 +105,29 @@ class HandIn:
         late = (now - dates[DUE]).total_seconds()
         by = f"{late / DAY:.1f} days" if late >= DAY else f"{late / HOUR:.1f} h" if late >= HOUR else "less than 1 h"
         return f"This is late by {by}: it was due on {dates[DUE]:{SHOWN}}."
+
+
+@dataclass(frozen=True)
+class Checked:
+    """The public checks, as run on what is to be handed in."""
+
+    outcomes: dict[str, str] = field(default_factory=dict)  # by the check's name; empty if they were not run
+    unchecked: str = ""  # why they could not be run
+
+    @property
+    def failed(self) -> dict[str, str]:
+        """Return the first line of each outcome other than "passed", by the check's name.
+
+        A check that had too little time is left out: it says nothing about the program.
+        """
+        others = (cells.PASSED, cells.UNFINISHED)
+        return {name: said.partition("\n")[0] for name, said in self.outcomes.items() if not said.startswith(others)}
+
+    @property
+    def sentence(self) -> str:
+        """Return a sentence that names the checks that have failed."""
+        one = len(self.failed) == 1
+        return f"the public check{'' if one else 's'} {' and '.join(self.failed)} {'has' if one else 'have'} failed."
 
 
 @dataclass(frozen=True)
@@ -159,29 +190,32 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     """Hand in the exercise in `folder` for the student `name`; return the exit status.
 
     Asks for confirmation if a file differs from its cell or is missing; `yes` confirms in advance.  The public checks
-    are run first, and their outcomes go into the receipt; they do not prevent handing in.
+    are run first, and their outcomes go into the receipt.  If one has failed, asks where somebody can answer; otherwise
+    that does not prevent handing in.
     """
+    answered = sys.stdin.isatty() and KERNEL not in os.environ  # nobody can answer in a notebook's cell
     console = Console(highlight=False, width=None if sys.stdout.isatty() else 120, soft_wrap=True)
     found = read(folder)
     for why in found.doubts.values():
         print(f"Careful: {why}", file=sys.stderr)
     if found.doubts and not yes:
-        if not sys.stdin.isatty() or KERNEL in os.environ:  # nobody can answer in a notebook's cell
+        if not answered:
             raise HandInError("nothing was handed in: correct the problems above, or hand it in as it is with --yes")
-        if not typer.confirm("Hand it in as it is?"):
-            print("Nothing was handed in.")
+        if not _confirmed():
             return 1
-    with console.status("Handing in ...") as status:
-        done = deliver(
-            found,
-            folder,
-            name,
-            check=check,
-            tell=lambda ran, of: status.update(f"Running the public checks ... {ran} of {of}"),
-            warn=lambda text: console.print(text, markup=False),
-        )
-    for each, outcome in done.checks.items():
+    checked = Checked()
+    if check:
+        with console.status("Running the public checks ...") as status:
+            checked = run_checks(found, lambda ran, of: status.update(f"Running the public checks ... {ran} of {of}"))
+    if checked.unchecked:
+        console.print(checked.unchecked, markup=False)
+    for each, outcome in checked.outcomes.items():
         console.print(f"{each}: {outcome}", markup=False)
+    if checked.failed and answered and not yes:
+        print(f"Careful: {checked.sentence}", file=sys.stderr)
+        if not _confirmed():
+            return 1
+    done = deliver(found, folder, name, checked)
     console.print(f"[bold]{done.archive.name}[/bold]: {', '.join(done.files)}")
     if done.checks:
         console.print(done.summary)
@@ -191,35 +225,34 @@ def hand_in(folder: Path, name: str, *, yes: bool, check: bool) -> int:
     return 0
 
 
-def deliver(
-    found: HandIn,
-    folder: Path,
-    name: str,
-    *,
-    check: bool,
-    tell: Callable[[int, int], None] = lambda ran, of: None,
-    warn: Callable[[str], None] = lambda text: None,
-) -> HandedIn:
-    """Run the public checks, if `check`, and write the archive of `found` into `folder`; raises HandInError.
+def _confirmed() -> bool:
+    if typer.confirm("Hand it in as it is?"):
+        return True
+    print("Nothing was handed in.")
+    return False
 
-    `tell` is called with the number of checks done and their total after each check; `warn` with the reason if they
-    could not be run.
+
+def run_checks(found: HandIn, tell: Callable[[int, int], None]) -> Checked:
+    """Run the public checks on the files of `found`.
+
+    `tell` is called with the number of checks done and their total after each check.
     """
-    checks, unchecked = {}, ""
-    if check:
-        from course.notebook.runs import outcomes
+    from course.notebook.runs import outcomes
 
-        try:
-            with tempfile.TemporaryDirectory(prefix="hand-in-") as empty:
-                checks = outcomes(found.cells, found.files, Path(empty), tell)
-        except OSError as error:  # a full disk
-            unchecked = f"The public checks could not be run: {error.strerror}"
-            warn(unchecked)
+    try:
+        with tempfile.TemporaryDirectory(prefix="hand-in-") as empty:
+            return Checked(outcomes(found.cells, found.files, Path(empty), tell))
+    except OSError as error:  # a full disk
+        return Checked(unchecked=f"The public checks could not be run: {error.strerror}")
+
+
+def deliver(found: HandIn, folder: Path, name: str, checked: Checked) -> HandedIn:
+    """Write the archive of `found` into `folder`; raises HandInError."""
     now = datetime.now(UTC)
-    written = write(found, folder, name, checks, now)
+    written = write(found, folder, name, checked.outcomes, now)
     over = found.is_over(now)
-    told = unchecked, found.lateness(now), over, tuple(found.missing), found.unanswered
-    return HandedIn(written, list(found.files), checks, *told)
+    told = checked.unchecked, found.lateness(now), over, tuple(found.missing), found.unanswered
+    return HandedIn(written, list(found.files), checked.outcomes, *told)
 
 
 def read(folder: Path) -> HandIn:
@@ -330,10 +363,7 @@ def receipt(found: HandIn, name: str, checks: dict[str, str], now: datetime) -> 
         "student": name,
         "assignment": found.assignment,
         "handed_in": now.isoformat(timespec="seconds"),
-        "files": {
-            each: {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
-            for each, content in found.files.items()
-        },
+        "files": found.digests,
         "checks": checks,
         "doubts": found.doubts,
         "versions": {"python": platform.python_version(), **{each: _version(each) for each in PACKAGES}},

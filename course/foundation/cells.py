@@ -18,7 +18,9 @@ MARKERS = re.compile(r"^[ \t]*### (?:BEGIN|END) SOLUTION[ \t]*\n", re.MULTILINE)
 STUB = "YOUR CODE HERE"  # what a release leaves where a solution was, in a comment
 MOST = 100_000_000  # bytes of a notebook; one with many pictures has some 10,000,000
 CAPITAL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where a word begins in the name of a class
-PASSED = "passed"  # the outcome of a public check other than "not yet: ..."
+PASSED = "passed"  # the outcome of a public check
+FAILED = "not yet: "  # begins each other outcome
+UNFINISHED = f"{FAILED}it had not finished after "  # begins that of a check that had too little time
 SOLUTION = re.compile(r"^[ \t]*### BEGIN SOLUTION[ \t]*\n(.*?)^[ \t]*### END SOLUTION", re.MULTILINE | re.DOTALL)
 
 

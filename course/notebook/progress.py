@@ -11,7 +11,7 @@ from pathlib import Path
 
 from course.errors import UnreadableNotebook
 from course.foundation import cells
-from course.foundation.cells import PASSED, STUB, Cell
+from course.foundation.cells import FAILED, PASSED, STUB, Cell
 from course.notebook import file_record
 from course.notebook.file_differences import CELL_OLDER, FILE_EDITED, refused, unlike, written_by
 
@@ -19,7 +19,6 @@ ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
 CHANGED = "changed since the check"
 AGAIN = "run it again: the file was written again since"
-FAILED = "not yet: "
 HINT = "Hint: "  # begins what is printed below an error
 LONGEST = 4000  # characters of a message that are shown
 STUBS = ("YOUR ANSWER HERE", STUB)

@@ -14,7 +14,7 @@ from nbformat import NotebookNode
 from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
 from nbgrader.validator import Validator
 
-from course.foundation.cells import PASSED, Cell
+from course.foundation.cells import FAILED, PASSED, UNFINISHED, Cell
 from course.notebook.file_differences import written_by
 from course.notebook.needed_cells import needed_cells
 
@@ -89,7 +89,7 @@ def outcomes(
     try:
         client.execute(stderr=subprocess.DEVNULL)
     except DeadKernelError:
-        died = "not yet: the kernel ended before this check had finished"
+        died = f"{FAILED}the kernel ended before this check had finished"
     checks = zip(wanted, notebook.cells, strict=True)
     return {cell.name: _outcome(ran) or died or PASSED for cell, ran in checks if cell.public_check}
 
@@ -108,9 +108,9 @@ def _outcome(ran: NotebookNode) -> str:
         return ""
     if error.ename in ("KeyboardInterrupt", "Interrupted"):  # by the time limit
         marked = re.search(r" in line \d+, (`.*`)\.$", COLOUR.sub("", "\n".join(error.traceback)))
-        return f"not yet: it had not finished after {CELL} s{f', in {marked[1]}' if marked else ''}"
+        return f"{UNFINISHED}{CELL} s{f', in {marked[1]}' if marked else ''}"
     why = COLOUR.sub("", error.evalue).strip()
-    return f"not yet: {why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
+    return f"{FAILED}{why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
 
 
 def _cell(cell: NotebookNode) -> Cell:

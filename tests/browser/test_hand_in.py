@@ -118,6 +118,15 @@ def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     assert list((served / "doubtful").glob("*.zip")) == []
     button.click()
     dialog.get_by_role("button", name="Hand it in as it is").click()
+    expect(dialog).to_contain_text("Careful: a public check has failed:greets: not yet: ")
+    keep_picture(page, "hand-in-failed-check")
+    dialog.get_by_role("button", name="Cancel").click()
+    dialog.wait_for(state="detached")
+    assert list((served / "doubtful").glob("*.zip")) == []
+    button.click()
+    dialog.get_by_role("button", name="Hand it in as it is").click()
+    expect(dialog).to_contain_text("a public check has failed")
+    dialog.get_by_role("button", name="Hand it in as it is").click()
     expect(dialog).to_contain_text("✗ greets: not yet")
     (archive,) = (served / "doubtful").glob("*.zip")
     receipt, content = contents_of(archive)

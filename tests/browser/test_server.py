@@ -8,18 +8,20 @@ import pytest
 import websocket
 
 from tests.browser.conftest import WAIT
+from tests.browser.pages import write_greeter
 
 TIME = WAIT / 1e3  # s
 
 
 def request(lab, path, body=None, *, token=True):
-    """The status and the JSON of a request."""
+    """The status and the JSON of a request; of an answer in several lines, a list of them."""
     address, secret, _ = lab
     headers = {"Authorization": f"token {secret}"} if token else {}
     data = None if body is None else json.dumps(body).encode()
     try:
         with urllib.request.urlopen(urllib.request.Request(address + path, data, headers), timeout=TIME) as answer:
-            return answer.status, json.loads(answer.read())
+            said = [json.loads(line) for line in answer]
+            return answer.status, said[0] if len(said) == 1 else said
     except urllib.error.HTTPError as error:
         return error.code, {}
 
@@ -65,6 +67,22 @@ def test_files_are_for_whoever_may_log_in_and_below_the_served_folder(lab, path)
     assert request(lab, path, body)[0] == 404
     assert request(lab, path, {"nonsense": 1})[0] == 400
     assert list((served.parent / "outside").iterdir()) == []
+
+
+def test_a_hand_in_with_a_failed_check_is_asked_about(lab):
+    """Its checks are not run again for the answer, unless a file has changed."""
+    folder = lab[2] / "failing"
+    write_greeter(folder, answer="print('nobody')\n")
+    (folder / "greeter.py").write_text("print('nobody')\n")
+    body = {"path": "failing/failing.ipynb", "name": "ada", "agreed": {}}
+    _, (*steps, asked) = request(lab, "/course/hand-in", body)
+    assert steps == [{"began": True}, {"ran": 1, "of": 1}]
+    assert list(asked["ask"]["failed"]) == ["greets"]
+    assert list(folder.glob("*.zip")) == []
+    status, said = request(lab, "/course/hand-in", body | {"failed": asked["ask"]["failed"]})
+    assert (status, list(said)) == (200, ["done"])
+    assert said["done"]["checks"]["greets"].startswith("not yet: ")
+    assert [path.name for path in folder.glob("*.zip")] == [said["done"]["archive"].rpartition("/")[2]]
 
 
 @pytest.mark.parametrize("file", ["../x.py", "x", "/tmp/x.py", "x.ipynb"])

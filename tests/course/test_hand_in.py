@@ -12,12 +12,14 @@ import zipfile
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from types import SimpleNamespace
 
 import nbformat
 import pytest
 
 from course import hand_in
 from course.errors import HandInError
+from course.notebook import runs
 
 COURSE = str(Path(sys.executable).with_name("course"))
 NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
@@ -123,6 +125,38 @@ def test_a_failed_check_is_told_and_keeps_nobody_from_handing_in(folder):
     assert "says-server: not yet: it must say server" in ran.stdout
     receipt, _ = receipt_of(*folder.glob("*.zip"))
     assert receipt["checks"] == {"says-server": "not yet: it must say server"}
+
+
+SAYS = "not yet: it must say server\nHint: ..."
+
+
+@pytest.mark.parametrize(
+    ("says", "terminal", "yes", "answer", "asked"),
+    [
+        (SAYS, True, False, True, True),
+        (SAYS, True, False, False, True),
+        (SAYS, True, True, False, False),
+        (SAYS, False, False, False, False),
+        ("not yet: it had not finished after 60 s, in `wait()`", True, False, False, False),
+    ],
+    ids=["yes", "no", "--yes", "nobody to answer", "too little time"],
+)
+def test_where_somebody_can_answer_a_failed_check_is_asked_about(
+    folder, monkeypatch, capsys, says, terminal, yes, answer, asked
+):
+    questions = []
+    monkeypatch.delenv("JPY_PARENT_PID", raising=False)
+    monkeypatch.setattr("sys.stdin", SimpleNamespace(isatty=lambda: terminal))
+    monkeypatch.setattr("typer.confirm", lambda text: questions.append(text) or answer)
+    monkeypatch.setattr(runs, "outcomes", lambda *_: {"greets": "passed", "says-server": says})
+    status = hand_in.hand_in(folder, "ada", yes=yes, check=True)
+    told = capsys.readouterr()
+    assert questions == ["Hand it in as it is?"] * asked
+    assert told.err == "Careful: the public check says-server has failed.\n" * asked
+    assert f"says-server: {says}\n" in told.out
+    refused = asked and not answer
+    assert (status, len([*folder.glob("*.zip")])) == ((1, 0) if refused else (0, 1))
+    assert ("Nothing was handed in." in told.out) == refused
 
 
 def test_nothing_is_asked_below_a_cell(folder, monkeypatch):

@@ -56,6 +56,10 @@ def test_a_hand_in_under_way_and_one_that_failed_are_told(tmp_path):
     under_way.end(failed="later")
     told = handed_in.told(tmp_path, "greeter")
     assert told["text"].endswith(" UTC failed: the disk is full") and told["archive"] == ""
+    handed_in.withdraw(tmp_path, handed_in.begin(tmp_path))  # the student is asked, and does not answer
+    assert handed_in.told(tmp_path, "greeter") == told
+    handed_in.withdraw(tmp_path.parent, handed_in.begin(tmp_path.parent))
+    assert handed_in.told(tmp_path.parent, "greeter") is None
     name = write(tmp_path, datetime.now(UTC) + timedelta(seconds=2))  # in a terminal
     assert handed_in.told(tmp_path, "greeter")["archive"] == name
 

@@ -26,6 +26,7 @@ class HandingIn:
     over: datetime | None = None  # time of its end
     sent: str = ""  # the name of the archive that is in the exchange of the class
     failed: str = ""  # why nothing was handed in
+    before: "HandingIn | None" = None  # the last one before it, until its end
 
     @property
     def progress(self) -> str:
@@ -36,7 +37,7 @@ class HandingIn:
     def end(self, *, sent: str = "", failed: str = "") -> None:
         """End it, for the first time."""
         if self.over is None:
-            self.over, self.sent, self.failed = datetime.now(UTC), sent, failed
+            self.over, self.sent, self.failed, self.before = datetime.now(UTC), sent, failed, None
 
 
 @dataclass(frozen=True)
@@ -66,8 +67,19 @@ def expect_none(folder: Path) -> None:
 def begin(folder: Path) -> HandingIn:
     """Return a hand-in from this folder that begins now; raises HandInError while another one is under way."""
     expect_none(folder)
-    made = _latest[folder.resolve()] = HandingIn()
+    place = folder.resolve()
+    made = _latest[place] = HandingIn(before=_latest.get(place))
     return made
+
+
+def withdraw(folder: Path, under_way: HandingIn) -> None:
+    """Forget a hand-in under way: the student is asked before anything is handed in."""
+    place = folder.resolve()
+    if _latest.get(place) is under_way:
+        if under_way.before:
+            _latest[place] = under_way.before
+        else:
+            del _latest[place]
 
 
 def told(folder: Path, assignment: str) -> dict[str, str] | None:

@@ -14,22 +14,35 @@ from course.errors import HandInError
 from course.lab.server import handed_in
 from course.lab.server.files import Beside
 
+_checked: dict[Path, tuple[dict[str, Any], hand_in.Checked]] = {}  # of the files that are asked about, by folder
+
 
 class HandingIn(Beside):
-    """POST {"path": the notebook's, "name": the student's, "agreed": the doubts that the student has seen}.
+    """POST {"path": the notebook's, "name": the student's, "agreed": the doubts that the student has seen, "failed":
+    the failed checks that the student has seen}.
 
     Without "agreed", or if the doubts have changed since, the answer is {"ask": {...}} with the questions before
     handing in.  Otherwise it is a line of JSON for each step: {"began": true}, {"ran": 1, "of": 4}, and finally
-    {"done": {...}} or {"error": "..."}.
+    {"done": {...}}, {"error": "..."}, or {"ask": {...}} if checks have failed other than those in "failed".  The checks
+    are not run again for an answer to that.
     """
+
+    gone = False  # whether the page has closed the connection
+
+    def on_connection_close(self) -> None:
+        """Note that nobody can answer a question."""
+        self.gone = True
+        super().on_connection_close()
 
     @web.authenticated
     async def post(self) -> None:
         """Hand in the exercise beside a notebook, as saved."""
         body = await self.asked()
-        path, name, agreed = body["path"], body.get("name"), body.get("agreed")
-        if not isinstance(name, str | None) or not isinstance(agreed, dict | None):
-            raise web.HTTPError(400, "a name is a text, and what is agreed to are doubts by file")
+        path, name, agreed, seen = body["path"], body.get("name"), body.get("agreed"), body.get("failed")
+        if not isinstance(name, str | None) or not isinstance(agreed, dict | None) or not isinstance(seen, dict | None):
+            raise web.HTTPError(
+                400, "a name is a text, what is agreed to are doubts by file, and failed checks by name"
+            )
         folder = self.notebook(path).parent
         try:
             handed_in.expect_none(folder)
@@ -37,15 +50,14 @@ class HandingIn(Beside):
         except HandInError as error:
             self.finish({"error": str(error)})
             return
+        ask: dict[str, Any] = {
+            "name": hand_in.student(),
+            "known": hand_in.known(),
+            "files": list(found.files),
+            "doubts": found.doubts,
+            "checks": [cell.name for cell in found.cells if cell.public_check],
+        }
         if agreed != found.doubts:
-            checks = [cell.name for cell in found.cells if cell.public_check]
-            ask = {
-                "name": hand_in.student(),
-                "known": hand_in.known(),
-                "files": list(found.files),
-                "doubts": found.doubts,
-                "checks": checks,
-            }
             self.finish({"ask": ask})
             return
         try:
@@ -53,6 +65,8 @@ class HandingIn(Beside):
         except HandInError as error:  # another one has begun meanwhile
             self.finish({"error": str(error)})
             return
+        digests, known = _checked.pop(folder, ({}, hand_in.Checked()))
+        again = seen is None or digests != found.digests
         self.set_header("Content-Type", "application/x-ndjson")
         loop = asyncio.get_running_loop()
         news: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue()
@@ -66,13 +80,14 @@ class HandingIn(Beside):
                 tell({"ran": ran, "of": of})
 
             try:
-                done = hand_in.deliver(
-                    found,
-                    folder,
-                    hand_in.student() if hand_in.known() else name or hand_in.student(),
-                    check=True,
-                    tell=progress,
-                )
+                checked = hand_in.run_checks(found, progress) if again else known
+                if checked.failed and checked.failed != seen and not self.gone:
+                    _checked[folder] = found.digests, checked
+                    handed_in.withdraw(folder, handing_in)
+                    tell({"ask": ask | {"failed": checked.failed}})
+                    return
+                by = hand_in.student() if hand_in.known() else name or hand_in.student()
+                done = hand_in.deliver(found, folder, by, checked)
                 handing_in.end(sent=done.archive.name if hand_in.known() else "")
                 archive = str(Path(path).parent / done.archive.name)
                 said = [*filter(None, (done.summary, done.unanswered, done.lateness)), done.kept]
@@ -85,7 +100,8 @@ class HandingIn(Beside):
                 handing_in.end(failed="the terminal in which Jupyter's server runs says why.")
                 tell(None)
 
-        news.put_nowait({"began": True})
+        if again:
+            news.put_nowait({"began": True})
         ended = asyncio.create_task(asyncio.to_thread(work))
         while (message := await news.get()) is not None:
             with contextlib.suppress(StreamClosedError):  # the page is gone: the work goes on

@@ -15,6 +15,7 @@ export interface Ask {
   files: string[];
   doubts: { [file: string]: string };
   checks: string[];
+  failed?: { [check: string]: string }; // what checks that have failed say, if that is what is asked about
 }
 
 interface Done {
@@ -27,6 +28,7 @@ interface Done {
 
 const NAME = 'ros2-course:name'; // the browser's key for the student's name
 const PASSED = 'passed';
+const AS_IT_IS = 'Hand it in as it is';
 /** The event of the window after a hand-in. */
 export const HANDED_IN = 'ros2-course:handed-in';
 
@@ -97,14 +99,22 @@ export async function handIn(panel: NotebookPanel, contents: Contents.IManager):
   try {
     await panel.context.save();
     let agreed: Ask['doubts'] | null = null;
+    let failed: Ask['failed'] | null = null;
     let name = '';
     for (;;) {
-      const said: any = await deliver({ path, name: name || null, agreed });
+      const said: any = await deliver({ path, name: name || null, agreed, failed });
       if (said.done) {
         document.getElementById('refresh_assignments_list')?.click(); // of nbgrader's tab, if it is open
         window.dispatchEvent(new Event(HANDED_IN));
         await showDone(said.done, contents);
         return;
+      }
+      if (said.ask.failed) {
+        if (!(await askAboutChecks(said.ask.failed))) {
+          return;
+        }
+        failed = said.ask.failed;
+        continue;
       }
       const answer = await ask(said.ask, name);
       if (answer === null) {
@@ -160,9 +170,7 @@ async function ask(question: Ask, before: string): Promise<string | null> {
   const doubts = Object.values(question.doubts);
   const body = element('div', 'ros-HandIn-body');
   if (doubts.length) {
-    const careful = element('div', 'ros-HandIn-doubts');
-    careful.append(element('strong', '', 'Careful:'), list(doubts));
-    body.append(careful);
+    body.append(careful('Careful:', doubts));
   }
   body.append(element('p', '', `You hand in: ${question.files.join(', ')}.`));
   const input = document.createElement('input');
@@ -179,10 +187,7 @@ async function ask(question: Ask, before: string): Promise<string | null> {
   const result = await showDialog({
     title: 'Hand in',
     body: new Widget({ node: body }),
-    buttons: [
-      Dialog.cancelButton(),
-      Dialog.okButton({ label: doubts.length ? 'Hand it in as it is' : 'Hand in' })
-    ],
+    buttons: [Dialog.cancelButton(), Dialog.okButton({ label: doubts.length ? AS_IT_IS : 'Hand in' })],
     defaultButton: doubts.length ? 0 : 1
   });
   if (!result.button.accept) {
@@ -194,6 +199,20 @@ async function ask(question: Ask, before: string): Promise<string | null> {
   const name = input.value.trim() || question.name;
   localStorage.setItem(NAME, name);
   return name;
+}
+
+/** Ask the student whether to hand in although public checks have failed. */
+async function askAboutChecks(failed: { [check: string]: string }): Promise<boolean> {
+  const said = Object.entries(failed).map(([name, outcome]) => `${name}: ${outcome}`);
+  const body = element('div', 'ros-HandIn-body');
+  body.append(careful(said.length > 1 ? 'Careful: public checks have failed:' : 'Careful: a public check has failed:', said));
+  const result = await showDialog({
+    title: 'Hand in',
+    body: new Widget({ node: body }),
+    buttons: [Dialog.cancelButton(), Dialog.okButton({ label: AS_IT_IS })],
+    defaultButton: 0
+  });
+  return result.button.accept;
 }
 
 async function showDone(done: Done, contents: Contents.IManager): Promise<void> {
@@ -223,6 +242,12 @@ function element(tag: string, className = '', text = ''): HTMLElement {
   const made = document.createElement(tag);
   made.className = className;
   made.textContent = text;
+  return made;
+}
+
+function careful(title: string, texts: string[]): HTMLElement {
+  const made = element('div', 'ros-HandIn-doubts');
+  made.append(element('strong', '', title), list(texts));
   return made;
 }
 
