@@ -403,6 +403,27 @@ def test_a_definition_is_judged_as_it_was_built_last(empty, definition, package,
     assert says in page.check("calculate-srv")
 
 
+@pytest.mark.parametrize(
+    ("exercise", "check", "name", "says"),
+    [
+        ("ai_integration", "wall-agent", "the agent imports the course",
+         ["wall_agent.py must import nothing of ROS, and not course: it imports course"]),
+        ("ai_integration", "wall-follower", "the node imports the course",
+         ["wall_follower.py must not import course: a robot has ROS 2 and NumPy alone"]),
+        ("parameters", "pid-node", "Float32 efforts",
+         ["pid_node publishes /effort with the type std_msgs/msg/Float32; it must be std_msgs/msg/Float64."]),
+        ("parameters", "pid-node", "the limits are checked before they are declared",
+         ["pid_node.py ended with exit status 1: ", "Invalid access to undeclared parameter(s): output_min",
+          "\nHint: Each declaration calls the callback that line 19 registers, also before 'output_min' is declared. ",
+          " Register it after the declarations"]),
+    ],
+)  # fmt: skip
+def test_a_line_that_costs_much_is_named_before_the_hand_in(empty, exercise, check, name, says):
+    """These are wrong answers of the hidden suites."""
+    said = Page(exercise).judge(answers.files(exercise, name), check)[check]
+    assert [each for each in says if each not in said] == [], said
+
+
 STEP = "now - self.last_time"
 KI_ALONE = "if param.name == 'ki' and param.value != self.ki:"
 JUDGED = "        limits = {name: self.value(name) for name in ('output_min', 'output_max')}\n"
