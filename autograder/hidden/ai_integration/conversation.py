@@ -75,6 +75,7 @@ MORE_TRIES, MORE_STAYS = 30, 11  # the same for a node that cannot be asked, and
 SETTLING = 0.5  # s of real time before a rate is measured: discovery, and the commands of before, are over
 MEASURED = 2.5  # s of real time in which it is measured: 25 commands, of which a busy machine delays a few
 FEWEST = 3  # commands that have a rate
+WINDOWS = 3  # times that it is measured, of a node that is right in simulated time, until it is right
 FASTEST, FASTEST_TURN = 10.0, 100.0  # m/s and rad/s that no such robot drives
 
 SILENT = 2.0  # s of real time without a command in which a node that keeps its own time sends twenty
@@ -254,6 +255,7 @@ class Follower(TopicProgram):
     """The student's node."""
 
     changes_decisions = False  # whether a test has seen that it publishes something else than its agent decided
+    lags = False  # whether most periods of the simulated time that was played last took longer in reality
     advice = "a timer of 10 Hz must publish on cmd_vel, and no callback may wait"
     topics: ClassVar[dict[str, Topic]] = {
         SCAN: Topic("scan", "sensor_msgs/LaserScan", SUBSCRIBE),
@@ -372,11 +374,14 @@ class Follower(TopicProgram):
         """The commands of some simulated time, in which `scans(tick)` is shown at each tick of `step` s."""
 
         def play(limit: float, alive: Alive) -> list[Command] | None:
-            before = len(self.commands.heard)
+            before, times = len(self.commands.heard), [time.monotonic()]
             for tick in range(round(seconds / step)):
                 if not alive() or self.bench.clock.left <= 0:
                     return None
                 self.tick(scans(tick), step, wait=False)
+                times.append(time.monotonic())
+            periods = itertools.pairwise(times[:: round(PERIOD / step)])
+            self.lags = statistics.median(later - earlier for earlier, later in periods) > PERIOD
             return commands_of(self.commands.heard[before:]) if alive() else None
 
         return self.ask(play)
@@ -587,6 +592,15 @@ class Follower(TopicProgram):
             return 1 / min(statistics.median(gaps), statistics.mean(gaps)), commands_of(heard)
 
         return self.ask(measure)
+
+    def best_rate(self, scan: LaserScan, hertz: float, enough: float) -> float:
+        """The highest of some such rates, of which one that is `enough` will do: not each must be of a busy moment."""
+        best = 0.0
+        for _ in range(WINDOWS):
+            best = max(best, self.rate(scan, hertz)[0])
+            if best >= enough:
+                break
+        return best
 
     def times_to_stop(self, scan: LaserScan) -> tuple[float, float]:
         """How long after the last scan it still drives, and stands still for good (s, in real time).

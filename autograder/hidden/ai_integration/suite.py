@@ -4,7 +4,7 @@ The agent is asked by itself, without a node; the node is judged by what it give
 a mistake in one costs nothing in the other.  What the node makes of a scan is judged by a scanner that it reads right
 (the fixture `eye`), but for what a test is about.  Everything with a clock is played in simulated time, in which a busy
 machine changes nothing.  A node that keeps its own time by the wall clock does not show 10 Hz there, and is judged in
-real time instead.  Points add up to 20.
+real time instead; and in real time as well a node for which simulated time must wait.  Points add up to 20.
 """
 
 import contextlib
@@ -431,13 +431,16 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
         step = RATE_STEPS[hertz]
         commands = follower.simulate(RATE_SECONDS, step, scans_at(hertz, step, scans))
         rate = len(commands) / RATE_SECONDS
-        if is_right(rate) and not hertz:
-            expect_no_end(follower)
-        if not is_right(rate):
+        about = f"while scans come at {hertz} Hz" if hertz else "while no scans come"
+        if is_right(rate):
+            if follower.lags:  # simulated time waits for it, and a robot does not
+                expect_in_real_time(by_the_wall.best_rate(near, hertz, RATE[0]), about)
+            if not hertz:
+                expect_no_end(follower)
+        else:
             rate, commands = by_the_wall.rate(near, hertz)
             if not hertz and rate > RATE[0]:
                 continue  # too many commands are judged by the two others
-        about = f"while scans come at {hertz} Hz" if hertz else "while no scans come"
         if not is_right(rate):
             raise Wrong(f"Commands must be published at 10 Hz {about}; it was {rate:.1f} Hz.")
         if hertz and sum(map(is_of_the_agent, commands)) < DRIVEN * len(commands):
@@ -446,6 +449,15 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
                 "that is 0.2 s old is fresh.",
                 commands,
             )
+
+
+def expect_in_real_time(rate: float, about: str) -> None:
+    """A node that publishes at the right rate in simulated time must publish as often (Hz) by the wall clock."""
+    if rate < RATE[0]:
+        raise Wrong(
+            f"Commands must be published at 10 Hz {about}; by the wall clock it was {rate:.1f} Hz. It was right in "
+            "simulated time alone, which waits for the node's callbacks: none may wait, or compute, for so long."
+        )
 
 
 def expect_no_end(follower: Follower) -> None:

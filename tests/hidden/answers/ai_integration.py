@@ -824,6 +824,29 @@ WRONG = {
     ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
+    "waits 0.15 s for each command while no scan is fresh": (
+        node(
+            ("import math\n", "import math\nimport time\n"),
+            (
+                "        cmd = Twist()\n",
+                "        cmd = Twist()\n        if not self.scan_is_fresh():\n            time.sleep(0.15)\n",
+            ),
+        ),
+        {"rate"},
+    ),
+    "waits 0.15 s for each command at a wall ahead": (
+        node(
+            ("import math\n", "import math\nimport time\n"),
+            (
+                "            action = self",
+                (
+                    "            if self.distances['front'] < 0.5:\n                time.sleep(0.15)\n"
+                    "            action = self"
+                ),
+            ),
+        ),
+        {"rate"},
+    ),
     "the class is called wall_agent": (
         changed(
             agent(("class WallAgent", "class wall_agent")),
@@ -1366,6 +1389,8 @@ DETAIL = {
     "a new agent for each command",
     "a wall ahead is answered at once as well",
     "8 Hz",
+    "waits 0.15 s for each command while no scan is fresh",
+    "waits 0.15 s for each command at a wall ahead",
     "5 Hz while no scans come",
     "stops after 0.25 s",
     "a scan comes by one clock, and ages by another",
