@@ -4,13 +4,15 @@
 nbgrader's exchange, even if an instructor put it there by hand.
 """
 
+import contextlib
 import json
 import os
 import stat
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from itertools import pairwise
+from pathlib import Path
 
 from autograder.classroom import accounts, course_files
 from autograder.classroom.plan import COURSE_ID, Classroom
@@ -135,11 +137,7 @@ def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     users = {accounts.ids(classroom, member)[0]: member.name for member in classroom.students}
     ends = {name: _ends(classroom, name) for name in users.values()}
-    try:
-        entries = list(os.scandir(classroom.exchange / COURSE_ID / "inbound"))
-    except OSError:
-        return found
-    for entry in entries:
+    for entry in each_entry(classroom.exchange / COURSE_ID / "inbound"):
         _, exercise, time, *_ = [*entry.name.split("+"), "", "", ""]
         try:
             status = entry.stat(follow_symlinks=False)
@@ -149,6 +147,12 @@ def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
         if student and stat.S_ISDIR(status.st_mode) and _came(time, status) <= ends[student].get(exercise, LAST):
             found.setdefault(exercise, set()).add(student)
     return found
+
+
+def each_entry(folder: Path) -> Iterator[os.DirEntry[str]]:
+    """Go through a folder that students write to, and hold one entry at a time; nothing if it is not there."""
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        yield from entries
 
 
 def _came(time: str, status: os.stat_result) -> datetime:

@@ -64,7 +64,8 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
     shell.input_transformers_cleanup.append(_whole_cell)
-    cut_messages(shell.display_formatter)
+    if shell.display_formatter:
+        cut_messages(shell.display_formatter)
     shell.set_custom_exc((Exception, KeyboardInterrupt), _explain)
     shell.events.register("pre_run_cell", _news_before)
     shell.events.register("post_run_cell", _news_after)

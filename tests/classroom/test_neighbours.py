@@ -11,11 +11,12 @@ import pwd
 import signal
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
-from autograder.classroom import accounts, box, servers
+from autograder.classroom import accounts, assignments, box, servers
 from autograder.sandbox.memory_files import MemoryFiles
 from course.foundation import processes
 from course.foundation.waiting import wait_until
@@ -230,3 +231,15 @@ def test_a_users_zombie_is_no_process_to_be_ended(sleeper):
     assert wait_until(lambda: not running.alive, SECONDS, alert=False)
     assert Path(f"/proc/{running.pid}").exists()
     assert not accounts._end({uid})
+
+
+def test_what_students_lay_into_the_exchange_is_not_held_in_memory(tmp_path):
+    for number in range(20_000):
+        (tmp_path / f"{number}+services").touch()
+    tracemalloc.start()
+    try:
+        assert sum(1 for _ in assignments.each_entry(tmp_path)) == 20_000
+        assert tracemalloc.get_traced_memory()[1] < 500_000  # bytes; all entries together take 4,000,000
+    finally:
+        tracemalloc.stop()
+    assert not [*assignments.each_entry(tmp_path / "missing")]
