@@ -21,6 +21,7 @@ KNOWN = [
         r"^TypeError(?: \(|$)",  # rclpy's exception about what is sent as the response
         "a callback returned nothing, or something else than the response: end it with return response",
     ),
+    (r"field must be of type 'float'", "float(...) makes a float of any other number"),
 ]
 
 

@@ -50,7 +50,7 @@ TOLD = 300  # characters shown of what a program offers instead
 NOTHING_YET = (
     "The node has no topics and no services of its own. Does the program wait for something before it makes them?"
 )
-SPIN = "main() must spin the node until it is stopped"
+GOES_ON = "it must run until it is stopped, so main() must spin the node, and no callback may end the program"
 
 Answer = TypeVar("Answer")
 Alive = Callable[[], bool]  # returns whether the program that was asked still runs
@@ -293,7 +293,7 @@ class Lifecycle(ABC):
         program.wait(REAPED)
         self._is_down()
         if program.exit_status == 0 and not program.stopped:
-            fault = Crashed(f"{self.file} ended by itself when it got {what}: {SPIN}.")
+            fault = Crashed(f"{self.file} ended by itself when it got {what}: {GOES_ON}.")
         else:
             when, words = "ended before" if program.raised_by_itself else "died while", last_words(program)
             fault = Crashed(f"{self.file} {when} it answered {what}: {words}.")
@@ -306,7 +306,7 @@ class Lifecycle(ABC):
         """Return the fault of a program that has ended too often between two questions."""
         self.program.wait(REAPED)
         how = "" if self.program.alive else f" ({last_words(self.program)})"
-        return Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {SPIN}.")
+        return Crashed(f"{self.file} answered, but ended by itself afterwards, again and again{how}: {GOES_ON}.")
 
     def _is_down(self) -> None:
         if self.state is not State.HOPELESS:

@@ -23,6 +23,7 @@ class LiveProgram(Lifecycle):
     """A handed-in program that runs until the grader ends it; see `lifecycle` for when it is started and given up."""
 
     files: Mapping[str, bytes] | None = None  # the grader's files beside the program
+    kinds: Mapping[str, tuple[str, str]] = {}  # name and type of services and actions, by the words of `connect`
     program: Program
     ros: Ros  # the grader's node in the program's domain
 
@@ -70,6 +71,16 @@ class LiveProgram(Lifecycle):
         """Return the services of the program's nodes with their types, without those that every node has."""
         return self.ros.offered()
 
+    def mistyped(self, wanted: tuple[str, ...]) -> str:
+        """Return which of the services and actions is offered with another type, as a sentence; empty when none is."""
+        for offered in self.other_services():
+            name, _, kind = offered.removesuffix(")").partition(" (")
+            for part in self.missing(wanted):
+                named, right = self.kinds.get(part, ("", ""))
+                if named in (name, offer(name)) and kind != right:
+                    return f"{self.file} offers {named} with the type {kind}; its type must be {right}."
+        return ""
+
     def other_topics(self) -> str:
         """Return a sentence for the student on the topics of the program's nodes, with types."""
         parts = [
@@ -97,21 +108,13 @@ class Server(LiveProgram):
         """Prepare; `services` are the types by name; `args` is the program's command line."""
         super().__init__(bench, file, *args)
         self.services = services
+        self.kinds = {offer(name): (offer(name), type_name(kind)) for name, kind in services.items()}
         self.clients: dict[str, Any] = {}
 
     def connect(self) -> Offers:
         """Make a client for each service."""
         self.clients = {name: self.ros.node.create_client(kind, name) for name, kind in self.services.items()}
         return {offer(name): client.service_is_ready for name, client in self.clients.items()}
-
-    def mistyped(self, wanted: tuple[str, ...]) -> str:
-        """Return which of the services is offered with another type, as a sentence; empty when none is."""
-        missing, kinds = self.missing(wanted), {name: type_name(kind) for name, kind in self.services.items()}
-        for offered in self.ros.offered():
-            name, _, kind = offered.removesuffix(")").partition(" (")
-            if name in kinds and kind != kinds[name] and offer(name) in missing:
-                return f"{self.file} offers {offer(name)} with the type {kind}; its type must be {kinds[name]}."
-        return ""
 
     def call(self, request: Any, service: str | None = None) -> Any:
         """Return the response of a service, by default the first; raises Crashed or TimedOut."""

@@ -67,6 +67,18 @@ class TopicProgram(LiveProgram):
             self.forget()
             super().up(*wanted)
 
+    def mistyped(self, wanted: tuple[str, ...]) -> str:
+        """Return which of the topics has another type, as a sentence; else which of the services and actions."""
+        for topic in (self.topics[offer] for offer in self.missing(wanted) if offer in self.topics):
+            for name, kind in own_topics(self.ros, topic.publish):
+                if name.strip("/") == topic.name and short(kind) != topic.kind:
+                    does = "publishes" if topic.publish else "subscribes to"
+                    return (
+                        f"{self.file} {does} the topic {topic.name} with the type {short(kind)}; its type must be "
+                        f"{topic.kind}."
+                    )
+        return super().mistyped(wanted)
+
     def forget(self) -> None:
         """End the program, and forget what it did not offer: it will be started with other arguments."""
         self.end()

@@ -181,6 +181,10 @@ def test_a_run_can_be_waited_for_and_repeated():
     [
         ("TypeError: 'method' object does not support the context manager protocol (a.py, line 3)", "Node.handle"),
         ("AttributeError: property 'clients' of 'Relay' object has no setter", "property of that name"),
+        (
+            "AssertionError: The 'result' field must be of type 'float' (a.py, line 3)",
+            "float(...) makes a float of any",
+        ),
         ("ValueError: no", ""),
     ],
 )

@@ -35,7 +35,8 @@ from autograder.suitekit import (
 from course.foundation.waiting import wait_until
 
 ACTION, BLOCK = "/lift", "/lift/block"
-OFFERED = f"the action {ACTION} (course_interfaces/action/Lift)"
+KIND = "course_interfaces/action/Lift"
+OFFERED = f"the action {ACTION} ({KIND})"
 TOP = 9  # the default
 NOT_ACCEPTED = "A goal with at least one floor, and only floors from 0 to top, must be accepted; it was rejected."
 STEP = 1.0  # s, the default
@@ -63,6 +64,8 @@ class Server(LiveProgram):
         self.accepts = False  # it has accepted a goal
         self.endless = False  # a goal was accepted, and given up because no result came
         super().__init__(bench, "lift_server.py", *args)
+        service = offer(BLOCK)
+        self.kinds = {OFFERED: (f"the action {ACTION}", KIND), service: (service, "std_srvs/srv/SetBool")}
 
     def connect(self) -> Offers:
         """The clients of the action and of the service."""

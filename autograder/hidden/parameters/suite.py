@@ -80,9 +80,16 @@ def test_defaults(pid: PidNode, by_start: Mapping[str, Any]) -> None:
             if not isinstance(now.get(name), float):
                 pid.end()
                 raise Wrong(
-                    f"The parameter {name} must stay a double: a value of another type must be refused.",
+                    f"The parameter {name} must stay a double: a value of another type must be refused. After a set to "
+                    f"{named(other)}, it is {named(now.get(name))}.",
                     f"{other!r}: {result}, {now}",
                 )
+
+
+def named(value: Any) -> str:
+    """Return the type of a parameter's value, in words for the student."""
+    kinds = {int: "an integer", str: "a string", bool: "a bool", type(None): "without a value"}
+    return kinds.get(type(value), "of another type")
 
 
 @points(0.25, cell="pid-node")
@@ -111,7 +118,7 @@ def why_not_described(node: PidNode) -> str:
                 f"0, and has {ranges[0].step}."
             )
     read_only = node.parameters.describe("joint_name").read_only
-    return "" if read_only else "The descriptor of joint_name must set read_only to True."
+    return "" if read_only else "The descriptor of joint_name must set read_only to True; it has False."
 
 
 @points(0.25, cell="pid-node")
@@ -349,13 +356,16 @@ def test_monotonic_clock(pid: PidNode, controls: None, rng: random.Random) -> No
             got = rate_of_growth(pid, error)
             clamped = pid.send(error).effort >= WIDE["output_max"]
             if not clamped and not (got[0] <= LENIENT * usual[1] and usual[0] <= LENIENT * got[1]):
-                raise Wrong(about.format("the integral"), f"{usual} then {got}")
+                seen = f" The effort grew by about {got[1]:.3g} a second, and by about {usual[1]:.3g} without it."
+                raise Wrong(about.format("the integral") + seen, f"{usual} then {got}")
         pid.parameters.set({"use_sim_time": False})
         usual_slope = has_slope(pid, error, kd=kd)
         pid.parameters.set({"use_sim_time": True})
         pid.send(error)
-        if usual_slope and not has_slope(pid, error):
-            raise Wrong(about.format("the slope"))
+        effort = effort_of_change(pid, error)
+        if usual_slope and not abs(effort) > ROUNDING:
+            seen = f" With kd alone, an error that changed gave an effort of {effort:.3g}."
+            raise Wrong(about.format("the slope") + seen)
     finally:
         pid.parameters.set({"use_sim_time": False})
     if not any(usual) and not usual_slope:
@@ -383,9 +393,14 @@ def has_slope(pid: PidNode, error: float, **gains: float) -> bool:
     """Whether a change of the error changes the effort, after setting gains, if any are given."""
     if gains:
         pid.arrange(**gains)
+    return abs(effort_of_change(pid, error)) > ROUNDING
+
+
+def effort_of_change(pid: PidNode, error: float) -> float:
+    """The effort for this error after the opposite one."""
     pid.send(-error)
     time.sleep(0.02)
-    return abs(pid.send(error).effort) > ROUNDING
+    return pid.send(error).effort
 
 
 def send_after(pid: PidNode, pause: float, error: float, ki: float, last: Answer) -> tuple[Answer, str]:

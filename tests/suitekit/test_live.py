@@ -1,0 +1,64 @@
+"""What is said of a program that offers the right name with another type."""
+
+import pytest
+
+from autograder.suitekit import live, renaming
+from autograder.suitekit.live import LiveProgram, offer
+from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
+from autograder.suitekit.topics import PUBLISH, SUBSCRIBE
+
+LIFT = "the action /lift (a/action/Lift)"
+
+
+class Program(LiveProgram):
+    """A program that offers these, and nothing that is wanted."""
+
+    def __init__(self, *offered):
+        super().__init__(None, "lift.py")
+        self.offered = [*offered]
+        self.kinds = {LIFT: ("the action /lift", "a/action/Lift"), offer("/block"): (offer("/block"), "a/srv/Block")}
+        self._offers = dict.fromkeys(self.kinds, lambda: False)
+
+    def other_services(self):
+        return self.offered
+
+
+@pytest.mark.parametrize(
+    ("offered", "wanted", "said"),
+    [
+        (
+            ["the action /lift (a/action/Ride)"],
+            (),
+            "lift.py offers the action /lift with the type a/action/Ride; its type must be a/action/Lift.",
+        ),
+        (
+            ["/block (a/srv/Other)"],
+            (offer("/block"),),
+            "lift.py offers the service /block with the type a/srv/Other; its type must be a/srv/Block.",
+        ),
+        (["/block (a/srv/Other)"], (LIFT,), ""),
+        (["the action /ride (a/action/Ride)", "/lift (a/srv/Ride)"], (), ""),
+        (["the action /lift (a/action/Lift)"], (), ""),  # found, and not yet ready
+    ],
+)
+def test_an_action_and_a_service_of_another_type_are_named(offered, wanted, said):
+    assert Program(*offered).mistyped(wanted) == said
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "said"),
+    [
+        ("/effort", "a/msg/Half", "node.py publishes the topic effort with the type a/Half; its type must be a/Whole."),
+        ("/effort", "a/msg/Whole", ""),
+        ("/efforts", "a/msg/Half", ""),
+    ],
+)
+def test_a_topic_of_another_type_is_named(monkeypatch, topic, kind, said):
+    monkeypatch.setattr(renaming, "own_topics", lambda ros, publish: [(topic, kind)] if publish else [])
+    monkeypatch.setattr(live.LiveProgram, "other_services", lambda self: [])
+    program = TopicProgram(None, "node.py", renamed=Renamed())
+    program.ros = None
+    program.topics = {"one": Topic("effort", "a/Whole", PUBLISH), "other": Topic("error", "a/Whole", SUBSCRIBE)}
+    program._offers = dict.fromkeys(program.topics, lambda: False)
+    assert program.mistyped(("one", "other")) == said
+    assert program.mistyped(("other",)) == ""
