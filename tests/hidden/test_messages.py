@@ -14,6 +14,8 @@ from autograder.submissions import exercises
 
 from . import answers, messages
 
+MOST_OPEN = 3  # numbers or words of a message that are left open
+
 
 @pytest.mark.parametrize("exercise", messages.names())
 def test_each_wrong_answer_has_the_message_of_the_first_test_that_it_loses(exercise):
@@ -27,8 +29,9 @@ def test_each_wrong_answer_has_the_message_of_the_first_test_that_it_loses(exerc
 @pytest.mark.parametrize("exercise", messages.names())
 def test_a_message_that_is_written_down_tells_something(exercise):
     for name, told in messages.table(exercise).items():
-        for test, pattern in told.items():
+        for test, pattern in [(test, pattern) for test, patterns in told.items() for pattern in patterns]:
             assert len(pattern.replace("...", "")) >= 20, f"{name}: {test}"
+            assert messages.open_places(pattern) <= MOST_OPEN, f"{name}: {test}: write more of it out, or in a list"
             assert not re.search(r"\d\.\.\.(?!\.)", pattern), f"{name}: {test}: the number may be drawn otherwise"
 
 
@@ -44,6 +47,27 @@ def test_a_message_that_is_written_down_tells_something(exercise):
 )
 def test_fits(pattern, message, fits):
     assert messages.fits(pattern, message) is fits
+
+
+@pytest.mark.parametrize(
+    ("pattern", "count"),
+    [
+        ("It took ... s, and must take ... to ... s.", 2),
+        ("... step... sent ... feedback message....", 2),
+        ("Call `Lift.Result(...)` (--ros-args ...), with a:=...: it was ....", 1),
+        ("It says 'on'.", 0),
+    ],
+)
+def test_open_places(pattern, count):
+    assert messages.open_places(pattern) == count
+
+
+def test_one_of_several_messages_must_come(monkeypatch):
+    monkeypatch.setattr(
+        messages, "table", lambda exercise: {"asks twice": {"asks": ["It sent 2.", "It sent ... more."]}}
+    )
+    assert messages.others("services", "asks twice", {"asks": "It sent 2 more.", "says": "It says 'on'."}) == {}
+    assert messages.others("services", "asks twice", {"asks": "It sent 7."}) == {"asks": "It sent 7."}
 
 
 def test_a_rounded_quotient_is_never_taken_for_another_number():
