@@ -138,7 +138,7 @@ def test_a_class_of_names_and_notebooks(confinement, tmp_path):
     # The same seed gives the same hidden inputs, and so the same details.
     again = single.grade(Submission("other", "calculator", handed_in(WRONG)), confinement, seed=7)
     assert again.details == details["details"]
-    assert again.score == 9
+    assert again.score == 9.25
 
 
 def test_excerpt():

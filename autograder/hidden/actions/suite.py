@@ -84,7 +84,7 @@ WHEN = {
 }
 
 
-@points(1, cell="lift-server")
+@points(0.5, cell="lift-server")
 @twice
 def test_ride(quick: Quick) -> None:
     """A goal succeeds when all its stops are made, in their order."""
@@ -221,7 +221,7 @@ def test_stops_where_it_stands(quick: Quick, slow: Slow, rng: random.Random) -> 
             )
 
 
-@points(4, cell="lift-server")
+@points(5, cell="lift-server")
 @twice
 def test_cancel(cancelled: Cancelled, quick: Quick, each_way: EachWay) -> None:
     """A goal is cancelled within a step: the cabin begins no other, and the next goal is served."""
@@ -423,7 +423,7 @@ def test_preempt(busy: Busy, quick: Quick, slow: Slow, each_way: EachWay) -> Non
     each_way.expect(PREEMPT)
 
 
-@points(0.5, cell="lift-server")
+@points(0.25, cell="lift-server")
 @twice
 def test_preempt_waiting(busy: Busy, quick: Quick) -> None:
     """A goal that waits is aborted without a step when a new one comes; else it begins where the cabin is then."""
@@ -499,7 +499,7 @@ def test_block_is_answered(busy: Busy, slow: Slow) -> None:
             )
 
 
-@points(0.5, cell="lift-server")
+@points(0.25, cell="lift-server")
 @twice
 def test_blocked_before(busy: Busy, quick: Quick, idle: Idle) -> None:
     """A goal that comes while the shaft is blocked makes no step and is aborted; a free shaft serves the next one."""

@@ -568,7 +568,7 @@ def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: flo
 Helper = Callable[[Eye], Follower]  # makes a node with a right agent
 
 
-@points(4, cell="rooms")
+@points(5, cell="rooms")
 def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
     """Follows the wall of a hall, with its own agent and a scanner that starts behind."""
     driven = drive(drivers["hall"], "hall", LASERS["hall"], rng)
@@ -576,13 +576,13 @@ def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
         raise driven
 
 
-@points(1, cell="rooms")
+@points(0.5, cell="rooms")
 def test_block(drivers: Mapping[str, Follower], helped: Helper, request: pytest.FixtureRequest) -> None:
     """Drives around a block, by its outer corners."""
     expect_drive(drivers["block"], "block", helped, request)
 
 
-@points(1, cell="rooms")
+@points(0.5, cell="rooms")
 def test_bend(drivers: Mapping[str, Follower], helped: Helper, request: pytest.FixtureRequest) -> None:
     """Follows a way with a bend."""
     expect_drive(drivers["bend"], "bend", helped, request)

@@ -203,7 +203,7 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
         calculator.expect(a, "multiply", b, about, LEAST, operations["multiply"])
 
 
-@points(4.5, cell="calculator-server")
+@points(5, cell="calculator-server")
 def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None:
     """What cannot be done is refused, and the server goes on."""
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
@@ -364,7 +364,7 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         )
 
 
-@points(0.5, cell="calculator-server")
+@points(0.25, cell="calculator-server")
 @twice
 def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each request, a refused one too, with its numbers and its operation."""
@@ -405,7 +405,7 @@ def expect_log_of_request(calculator: Calculator, question: tuple[float, str, fl
         )
 
 
-@points(0.5, cell="calculator-server")
+@points(0.25, cell="calculator-server")
 @twice
 def test_logs_responses(calculator: Calculator, left_alone: LeftAlone, rng: random.Random) -> None:
     """The server logs each response: its result, or the message of a refusal."""
