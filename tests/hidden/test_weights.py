@@ -4,6 +4,9 @@ Nothing is graded here: that the answers lose what their lists say is held by `t
 """
 
 import re
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -14,10 +17,57 @@ from . import answers, sentences
 
 ABOUT = 1 / 4  # of the points: the least that a mistake costs in what the exercise is about
 DETAIL = 1.5  # points: the most that a mistake in a detail costs, of 20
+MARKS = Path(__file__).with_name("marks.toml")
 MARKED = re.compile(r"<details><summary>How it is marked.*?</details>", re.DOTALL)
-ROW = re.compile(r"^\| *([\d.]+)( each)? *\| *(.*?) *\|$", re.MULTILINE)
+ROW = re.compile(r"^\| *([\d.]+)( each)? *\| *(?:(?:a|the) main (point|part): )?(.*?) *\|$", re.MULTILINE)
 
 WEIGHED = [name for name in answers.names() if answers.named(name, "ABOUT") or answers.named(name, "DETAIL")]
+
+
+class Row(NamedTuple):
+    """What the task says of the points of one hidden test."""
+
+    what: str
+    points: float
+    main: str  # "point", "part" or empty
+
+
+def rows(exercise):
+    """What is told below "How it is marked", in its order."""
+    found = []
+    for cell in cells.read(sentences.NOTEBOOKS / exercise / f"{exercise}.ipynb"):
+        for fold in MARKED.findall(cell.source if cell.kind == "markdown" else ""):
+            for points, each, main, what in ROW.findall(fold):
+                found += [Row(one, float(points), main) for one in (what.split("; ") if each else [what])]
+    return found
+
+
+def judged_by(exercise):
+    """The hidden test of each of these rows, by what the task says."""
+    return tomllib.loads(MARKS.read_text(encoding="utf-8"))[exercise]
+
+
+def main_points(exercise):
+    """The hidden tests that the task calls a main point."""
+    return {judged_by(exercise)[row.what] for row in rows(exercise) if row.main == "point"}
+
+
+def classes(exercise):
+    """What each wrong answer is, by what it costs and by the module's sets: one of about, part, detail and several."""
+    most, lost, wrong = exercises.load(exercise).max_score, sentences.lost(exercise), answers.load(exercise).WRONG
+    about, useless, broad, nothing, several = (
+        answers.named(exercise, kind) for kind in ("ABOUT", "USELESS", "BROAD", "NOTHING", "SEVERAL")
+    )
+    main, found = main_points(exercise), {name: set() for name in wrong}
+    for name, kinds in found.items():
+        if name in (nothing | several) - about:
+            kinds.add("several")
+            continue
+        if name in about | useless | broad or wrong[name][1] & main:
+            kinds.add("about")
+        if lost[name] < ABOUT * most:
+            kinds.add("detail" if lost[name] <= DETAIL * most / 20 else "part")
+    return found
 
 
 @pytest.mark.parametrize("exercise", WEIGHED)
@@ -37,10 +87,23 @@ def test_a_detail_costs_little(exercise):
 
 
 @pytest.mark.parametrize("exercise", WEIGHED)
+def test_each_wrong_answer_is_about_the_exercise_a_part_a_detail_or_several_mistakes(exercise):
+    """What costs a quarter has a main point wrong or is in one of the module's sets, and the other way round."""
+    assert {name: kinds for name, kinds in classes(exercise).items() if len(kinds) != 1} == {}
+
+
+@pytest.mark.parametrize("exercise", answers.names())
 def test_the_task_tells_the_points_of_each_hidden_test(exercise):
-    told = []
-    for cell in cells.read(sentences.NOTEBOOKS / exercise / f"{exercise}.ipynb"):
-        for fold in MARKED.findall(cell.source if cell.kind == "markdown" else ""):
-            for points, each, what in ROW.findall(fold):
-                told += [float(points)] * (len(what.split(";")) if each else 1)
-    assert sorted(told) == sorted(test.points for test in exercises.load(exercise).tests)
+    worth, told = sentences.points(exercise), rows(exercise)
+    assert [row.what for row in told] == [*judged_by(exercise)]
+    assert {judged_by(exercise)[row.what]: row.points for row in told} == worth
+    assert len(told) == len(worth)
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_a_main_point_is_what_the_exercise_is_about(exercise):
+    worth, wrong = sentences.points(exercise), answers.load(exercise).WRONG
+    least = ABOUT * exercises.load(exercise).max_score
+    main = main_points(exercise)
+    assert main == {test for test in worth if worth[test] >= least}
+    assert main - set().union(*(wrong[name][1] for name in answers.named(exercise, "ABOUT"))) == set()

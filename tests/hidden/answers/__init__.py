@@ -6,8 +6,8 @@ SILENT keep the grader waiting: they are graded with less patience, so that the 
 
 An answer in WRONG has exactly one mistake, unless it is in NOTHING (programs that do nothing that the task asks for) or
 in SEVERAL.  Those in USELESS have one mistake, and one of their programs does nothing useful because of it.  Those in
-ABOUT have a mistake in what the exercise is about, those in DETAIL a mistake in a detail; those in BROAD break most of
-what it is about with one line.
+ABOUT have a mistake in what the exercise is about, those in DETAIL a mistake in a detail; those in BROAD break with one
+line most of what it is about, or so many of its details that this costs as much.
 """
 
 import importlib

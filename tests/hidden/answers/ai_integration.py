@@ -1352,6 +1352,7 @@ ABOUT = {
     "stands still, whatever it sees",
     "no node at all",
 }
+BROAD = {"the node rounds what the agent decided"}  # which hides what it has made of a scan
 # A detail loses little.
 DETAIL = {
     "the agent returns a tuple",

@@ -1830,7 +1830,7 @@ DETAIL = {
     "no slope in a step below 10 ms",
     "a step of a second at most",
 }
-BROAD = {"every set of a gain is refused"}
+BROAD = {"every set of a gain is refused", "a limit forgotten"}
 SILENT = {
     "no answer to an error of 0",
     "an effort that has not changed is not published",

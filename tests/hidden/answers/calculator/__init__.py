@@ -1274,6 +1274,14 @@ QUICK = {
     "more than asked, messages with times; async",  # gives up while its executor still has a task
     "reference",
 }
+BROAD = {
+    "whole numbers",
+    "requests as whole numbers",
+    "client takes the operation in the middle",
+    "client takes the operation first",
+    "client reads from the keyboard",
+    "client calls another name",
+}  # one line that breaks each operation, or all that the client does
 
 # Mistakes in what the exercise is about, and mistakes in a detail: `test_weights.py` holds what each costs.
 ABOUT = {
