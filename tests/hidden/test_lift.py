@@ -1,5 +1,6 @@
 """How the grader reads what a lift tells: the rules of the task, without ROS and without any program."""
 
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -7,6 +8,7 @@ from course_interfaces.action import Lift
 
 from autograder.errors import TimedOut, Wrong
 from autograder.hidden.actions import suite
+from autograder.hidden.actions.judging import expect_no_other_step
 from autograder.hidden.actions.rides import Ride, follows, lengths, steps, stops_made, way
 from autograder.suitekit import Goal, Heard
 from tests.suitekit.test_runs import Program, run
@@ -61,6 +63,35 @@ def test_a_goal_follows_its_floors():
 def test_lengths_are_those_of_steps():
     assert lengths(told(1, 2, 2, 3)) == pytest.approx([0.3, 0.6])
     assert lengths(told(1, 1)) == lengths(told(1)) == lengths([]) == []
+
+
+@pytest.mark.parametrize(
+    ("floors", "answered", "message"),
+    [
+        ((1, 2, 3), 0.75, ""),  # one message after the answer: of the step that was under way
+        ((1, 2, 3), 0.45, "2 feedback messages were published after that"),
+        ((1, 2, 3, 4), 0.45, "3 feedback messages were published after that"),
+        ((1, 2, 2), 0.45, ""),  # a second message for the same floor is no step
+        ((1, 2, 3), 1.0, ""),
+        ((), 0.45, ""),
+    ],
+)
+def test_a_step_that_begins_after_the_answer_is_one_too_many(floors, answered, message):
+    """By the times at which messages were published: that they are read late, on a busy machine, makes no step."""
+    goal, begun = Goal(lambda: True), time.time()
+    goal.heard = [
+        heard._replace(time=time.monotonic() + 60.0, published=begun + heard.published) for heard in told(*floors)
+    ]
+    answered += time.monotonic() - (time.time() - begun)
+    if not message:
+        expect_no_other_step(goal, answered, "After a cancel")
+        return
+    with pytest.raises(Wrong, match=f"After a cancel the step under way may be finished, .*{message}"):
+        expect_no_other_step(goal, answered, "After a cancel")
+
+
+def test_of_a_goal_whose_server_never_answered_no_step_is_counted():
+    expect_no_other_step(goal_of(1, 2, 3), 0.0, "After a cancel")
 
 
 def test_a_ride_without_a_result():
