@@ -45,6 +45,7 @@ FILLING = 0.2  # s in which an integral grows
 NO_RESULT = "Callback returned an invalid type"  # rclpy's reason, where a callback returned no SetParametersResult
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
+DECIMALS = 0.0101  # what an effort of two decimals may differ by; that it has no more is judged by other tests
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
 
@@ -168,10 +169,10 @@ class PidNode(TopicProgram):
             names = " and ".join(lost)
             raise Wrong(f"{about} was accepted, but {names} has another value then.", f"{values}: {result}, {after}")
 
-    def expect_effort(self, error: float, effort: float, about: str) -> Answer:
-        """It must answer with this effort; `about` tells the student which effort is right."""
+    def expect_effort(self, error: float, effort: float, about: str, room: float = 0.0) -> Answer:
+        """It must answer with this effort, within that `room`; `about` tells the student which effort is right."""
         answer = self.ask(error)
-        if not near(answer.effort, effort):
+        if not near(answer.effort, effort, room):
             right, got = apart(effort, answer.effort)
             raise Wrong(
                 f"{about}: {right} was right, and it was {got}.",
@@ -291,9 +292,9 @@ def changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
     return " and ".join(name for name in DEFAULTS if before.get(name) != after.get(name))
 
 
-def near(got: float, right: float) -> bool:
-    """Whether two numbers are the same except for rounding."""
-    return abs(got - right) <= ROUNDING * max(1.0, abs(right))
+def near(got: float, right: float, room: float = 0.0) -> bool:
+    """Whether two numbers are the same except for rounding, or for the `room`."""
+    return abs(got - right) <= max(room, ROUNDING * max(1.0, abs(right)))
 
 
 def between(got: float, ends: Sequence[float]) -> bool:

@@ -15,6 +15,7 @@ from typing import Any
 
 from autograder.errors import Fault
 from autograder.hidden.parameters.conversation import (
+    DECIMALS,
     DEFAULTS,
     HUGE,
     RANGES,
@@ -135,12 +136,12 @@ def test_first_message(
     about = f"{FIRST_ERROR}: there is no earlier message to measure a time step from"
     effort = pid.ask(error).effort
     pid.first_by_old_kp = near(effort, old * error) and not pid.gains_by_launch  # judged by another test
-    if not pid.first_by_old_kp and not near(effort, kp * error):
+    if not pid.first_by_old_kp and not near(effort, kp * error, DECIMALS):
         right, got = apart(kp * error, effort)
         raise Wrong(f"{about}: {right} was right, and it was {got}.", f"error {error}: {pid.get()}")
     if efforts := begin_with_gains(by_command_line[0]):
         first, proportional = efforts
-        if not near(first, proportional):
+        if not near(first, proportional, DECIMALS):
             raise Wrong(
                 f"{FIRST_ERROR}, also when the node is started with ki and kd (--ros-args -p ki:=...): "
                 f"{proportional:.3g} was right, and it was {first:.3g}."
@@ -182,14 +183,16 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     pid.send(error)
     for kp in rng.sample(range(3, 12), 3):
         pid.expect_set("A kp in its range, set while the node runs,", kp=kp / 2)
-        pid.expect_effort(error, kp / 2 * error, "After kp was set, the very next effort must use the new kp")
+        about = "After kp was set, the very next effort must use the new kp"
+        pid.expect_effort(error, kp / 2 * error, about, DECIMALS)
     if pid.first_by_old_kp:
         raise Wrong(
             "A kp that is set before the first error must be used for it, the very next message: the first effort was "
             "that with the kp of before."
         )
     pid.expect_set("A kp in its range, set together with kd,", kd=0.0, kp=1.2)
-    pid.expect_effort(error, 1.2 * error, "After kd and kp were set together, the very next effort must use the new kp")
+    about = "After kd and kp were set together, the very next effort must use the new kp"
+    pid.expect_effort(error, 1.2 * error, about, DECIMALS)
     if pid.gains_by_launch:
         return
     last = begin_integral(pid, error, ki=SLOW)
@@ -229,7 +232,7 @@ def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
         pid.expect_effort(above, high, "An effort above output_max must become the current output_max")
         pid.expect_effort(below, low, "An effort below output_min must become the current output_min")
         error = rng.choice([-1, 1]) / 64
-        pid.expect_effort(error, kp * error, "An effort between output_min and output_max must stay as it is")
+        pid.expect_effort(error, kp * error, "An effort between output_min and output_max must stay as it is", DECIMALS)
         about = "After {} alone was set, the very next effort must stay within it"
         for name, value, out in (("output_max", high - 2.5, above), ("output_min", low + 2.5, below)):
             pid.parameters.set({name: value})

@@ -1088,6 +1088,10 @@ WRONG = {
         ),
         {"rate"},
     ),
+    "the age of a scan in whole seconds": (
+        node((STALE, "return (self.get_clock().now() - self.scan_time).nanoseconds // 10**9 <= 0.5")),
+        {"stops"},
+    ),
     "a scan comes by one clock, and ages by another": (
         node(
             ("import math\n", "import math\nimport time\n"),
@@ -1394,6 +1398,7 @@ DETAIL = {
     "waits 0.15 s for each command at a wall ahead",
     "5 Hz while no scans come",
     "stops after 0.25 s",
+    "the age of a scan in whole seconds",
     "a scan comes by one clock, and ages by another",
 }
 SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain

@@ -1070,6 +1070,14 @@ WRONG = {
         node(("self.integral += error * step", "self.integral += error * min(step, 2.0)")),
         {"integral"},
     ),
+    "efforts rounded to two decimals": (
+        node(("Float64(data=effort)", "Float64(data=round(effort, 2))")),
+        {"proportional", "integral", "launch_values_are_used"},
+    ),
+    "efforts cut off after two decimals": (
+        node(("Float64(data=effort)", "Float64(data=int(100 * effort) / 100)")),
+        {"proportional", "integral", "launch_values_are_used"},
+    ),
     "a ki that is changed by little leaves the integral": (
         node(("param.value != self.ki:", "abs(param.value - self.ki) > 0.001:")),
         {"ki_starts_the_integral_again"},
@@ -1800,6 +1808,8 @@ ABOUT = {
     "a new ki counts one message late",
 }
 DETAIL = {
+    "efforts rounded to two decimals",
+    "efforts cut off after two decimals",
     "another default",
     "another range",
     "range by the callback alone",
