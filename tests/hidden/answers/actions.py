@@ -971,6 +971,7 @@ WRONG = {
     "the chapter's programs": ({SERVER: CHAPTER, CLIENT: CHAPTERS_CLIENT}, SERVER_TESTS | CLIENT_TESTS),
     # Answers with one mistake each.
     "another name": (server(("'/lift'", "'/elevator'")), SERVER_TESTS),
+    # The rest of the server cannot be judged: goals of the other type have no floors, and its feedback no floor.
     "another type": (
         server(("course_interfaces.action import Lift", "course_interfaces.action import Fibonacci as Lift")),
         SERVER_TESTS,

@@ -924,6 +924,8 @@ WRONG = {
         ),
         {"launch_values"},
     ),
+    # The rest cannot be judged: the node ends at its start, with whatever values it is started. The public check
+    # refuses it.
     "the limits are checked before they are declared": (
         node(
             (
@@ -1766,6 +1768,8 @@ WRONG = {
     ),
     "refuses everything, and every effort is 0": (node((CLAMP, "0.0"), (RULE, "if True:")), EVERYTHING - ONLY_DECLARED),
     "declares nothing": ({NODE: NOTHING_DECLARED.encode()}, EVERYTHING),
+    # The rest is not judged: another name can be remapped when a node is started, another type cannot, and nothing that
+    # hears efforts by the task hears these. The public check refuses it.
     "Float32 efforts": (
         node(
             ("(Float64, 'effort'", "(Float32, 'effort'"),

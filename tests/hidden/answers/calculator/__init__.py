@@ -744,6 +744,7 @@ WRONG = {
     ),
     # Service and node
     "a name in the node's": (server(("'/calculator'", "'~/calculator'")), SERVER_TESTS),
+    # The rest of the server cannot be judged: requests of the other type have no numbers and no operation.
     "another type": (
         server(("from calculator_interfaces.srv import Calculate", "from std_srvs.srv import SetBool as Calculate")),
         SERVER_TESTS,
