@@ -2,13 +2,15 @@
 
 import nbformat
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Page, expect
 
 from course.foundation.waiting import wait_until
-from tests.browser.conftest import WAIT
+from tests.browser.conftest import ROOT, WAIT
 from tests.browser.pages import (
     CHECKS,
+    cell,
     choose,
+    keep_picture,
     open_page,
     run_cell,
     run_from_palette,
@@ -20,16 +22,27 @@ from tests.browser.pages import (
 expect.set_options(timeout=WAIT)
 
 ROW = 15  # px, of a terminal
+LINES = """each => {
+  const range = document.createRange();
+  range.selectNodeContents(each);
+  return new Set([...range.getClientRects()].map(line => Math.round(line.bottom))).size;
+}"""
 
 
 def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
     address, token, served = lab
-    kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
-    nbformat.write(nbformat.v4.new_notebook(metadata=kernel), served / "index.ipynb")
+    given = nbformat.read(ROOT / "notebooks/index.ipynb", 4)
+    for each in given.cells:
+        each.update({"outputs": []} if each.cell_type == "code" else {})
+    nbformat.write(given, served / "index.ipynb")
+    size = page.viewport_size
+    page.set_viewport_size({"width": 1280, "height": 800})
     page.goto(f"{address}/lab/tree/index.ipynb?token={token}&reset")
     terminal = page.locator(".jp-Terminal .xterm-screen")
     notebook = page.locator(".jp-Notebook")
     notebook.wait_for()
+    check_the_first_screen(page)
+    page.set_viewport_size(size)
     page.get_by_role("button", name="Bigger").wait_for()
     tabs = "document.querySelector('.lm-DockPanel-tabBar:has(.ros-Strip-button)').getBoundingClientRect()"
     main = "document.querySelector('#jp-main-dock-panel').getBoundingClientRect()"
@@ -66,6 +79,23 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
     expect(tab).to_have_count(0)
     expect(terminal).to_have_count(0)
+
+
+def check_the_first_screen(page: Page) -> None:
+    """See what the start page is, its sections and its button, without scrolling; the button checks the machine."""
+    first = cell(page, 0).locator(".jp-RenderedMarkdown")
+    title, table = first.locator("h1"), first.locator("table")
+    page.get_by_role("button", name="Bigger").wait_for()  # the terminal has its place
+    keep_picture(page, "first-screen")
+    button = first.get_by_role("button", name="Check this machine")
+    for each in (title, first.locator("p").first, button, table):
+        expect(each).to_be_in_viewport(ratio=1)
+    for each in (title, *table.locator("td:first-child").all()):
+        assert each.evaluate(LINES) == 1
+    button.click()
+    printed = page.locator(".jp-Cell").filter(has_text="course doctor --brief").locator(".jp-OutputArea-output").first
+    expect(printed).to_contain_text("ok  interpreter")
+    expect(printed).to_be_in_viewport()
 
 
 @pytest.mark.long("all ways to open a notebook")

@@ -19,7 +19,7 @@ import { PLOT_VIEW, PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
 import { addView, NARROW, paletteClosed, PHONE } from './views';
-import { absent, front, layout, main, ways } from './ways';
+import { absent, front, layout, main, ready, ways } from './ways';
 import { wrapping } from './wrapping';
 
 const handingIn: JupyterFrontEndPlugin<void> = {
@@ -133,4 +133,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, absent, front, layout, main, strip, language, figures, wrapping];
+export default [handingIn, panels, ways, absent, ready, front, layout, main, strip, language, figures, wrapping];

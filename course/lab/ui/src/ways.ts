@@ -4,7 +4,7 @@ import { ILabShell, JupyterFrontEnd, JupyterFrontEndPlugin } from '@jupyterlab/a
 import { ICommandPalette, Notification } from '@jupyterlab/apputils';
 import { PageConfig } from '@jupyterlab/coreutils';
 import { ILauncher } from '@jupyterlab/launcher';
-import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
+import { INotebookTracker, NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
 import { SplitPanel } from '@lumino/widgets';
 
@@ -17,6 +17,8 @@ const CATEGORY = 'ROS course';
 const FILES = 'filebrowser'; // the id of JupyterLab's list of files
 const NODES = 'ros2-course:nodes';
 const START_PAGE = 'index.ipynb';
+const CHECK_MACHINE = '.ros-CheckMachine'; // the button on the start page
+const DOCTOR = '!course doctor --brief'; // the cell that checks the machine
 const SHOWN = 10_000; // ms of a notification
 const LINK = 'rendermime:handle-local-link'; // JupyterLab's command for a link to a file
 const ROOMY = 1500; // px of a page that has room for files and notebook side by side
@@ -87,6 +89,33 @@ export const absent: JupyterFrontEndPlugin<void> = {
       if (id === LINK) {
         const said = `${args.path} is not here. In a class, your instructor may not have released it yet.`;
         result.catch(() => Notification.warning(said, { autoClose: SHOWN }));
+      }
+    });
+  }
+};
+
+export const ready: JupyterFrontEndPlugin<void> = {
+  id: 'ros2-course-lab:ready',
+  description: 'The start page’s button that checks the machine: it runs the cell for it, and shows what that prints.',
+  autoStart: true,
+  requires: [INotebookTracker],
+  activate: (_: JupyterFrontEnd, tracker: INotebookTracker) => {
+    const check = async (panel: NotebookPanel) => {
+      const cells = panel.content.widgets;
+      const cell = cells.find(({ model }) => model.type === 'code' && model.sharedModel.source.trim() === DOCTOR);
+      if (cell) {
+        await panel.sessionContext.ready; // a cell that is run before is not run at all
+        panel.content.activeCellIndex = cells.indexOf(cell); // a run scrolls to the active one
+        void panel.content.scrollToItem(cells.indexOf(cell), 'top-center');
+        await NotebookActions.runCells(panel.content, [cell], panel.sessionContext);
+      }
+    };
+    // JupyterLab's own commands in a text ask for trust first; this one runs nothing but the check.
+    document.addEventListener('click', ({ target }) => {
+      const button = target instanceof Element ? target.closest<HTMLElement>(CHECK_MACHINE) : null;
+      const panel = button && tracker.find(each => each.node.contains(button));
+      if (panel) {
+        void check(panel);
       }
     });
   }
