@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 START_PAGE = "index.ipynb"
+PICTURE = "jupyterlab.png"  # in the students' README
 DEVCONTAINER = "devcontainer.json"
 # Files in environment/ that students do not get, or get in another place.
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
@@ -128,9 +129,10 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
 
 
 def pages() -> dict[str, Path]:
-    """Return the pages that students get beside the notebooks, by their path in the student folder."""
+    """Return the pages that students get beside the notebooks, and their picture, by path in the student folder."""
     docs = repository() / "docs"
-    found = {"README.md": docs / "student" / "README.md", "when-it-goes-wrong.md": docs / "when-it-goes-wrong.md"}
+    found = {name: docs / "student" / name for name in ("README.md", PICTURE)}
+    found |= {"when-it-goes-wrong.md": docs / "when-it-goes-wrong.md"}
     return found | {f"{page.parent.name}/{page.name}": page for page in sorted(docs.glob("when-it-goes-wrong/*.md"))}
 
 

@@ -18,7 +18,7 @@ from diagrams import FENCE, drawn, replaced
 from links import dead
 
 from autograder.gradebook.leaks import leaks, secrets
-from autograder.gradebook.release import START_PAGE, release
+from autograder.gradebook.release import PICTURE, START_PAGE, release
 from course.notebook.progress import in_order
 
 ROOT = Path(__file__).parents[2]
@@ -69,6 +69,7 @@ def lay_out(source: Path, released: Path) -> str:
             return found
     nbformat.write(_start(sections), source / START_PAGE)
     (source / "student.md").write_text(_text("student/README.md"), encoding="utf-8")
+    shutil.copy(ROOT / "docs/student" / PICTURE, source)
     (source / "when-it-goes-wrong.md").write_text(_mistakes(source), encoding="utf-8")
     (source / "faq.md").write_text(_text("faq.md").partition("## From instructors")[0], encoding="utf-8")
     _draw(source)

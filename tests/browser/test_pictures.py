@@ -4,6 +4,7 @@
 tests of this folder hold.
 """
 
+import os
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from tests.browser.conftest import ROOT, WAIT
@@ -45,8 +47,31 @@ def run_cells(page: Page, *texts: str) -> Locator:
     return editor
 
 
-def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
-    view.set_viewport_size({"width": 1280, "height": 900})
+LABEL = """([name, { x, y, width, height }]) => {
+  const frame = document.createElement('div'), label = document.createElement('div');
+  const narrow = width < 100, wide = { left: `${x + width - 8}px`, top: `${y + 6}px`, translate: '-100%' };
+  const colour = '#8a1c5b';
+  Object.assign(frame.style, {
+    position: 'fixed', zIndex: 100000, left: `${x}px`, top: `${y}px`, width: `${width}px`, height: `${height}px`,
+    boxSizing: 'border-box', border: `2px solid ${colour}`, borderRadius: '4px'
+  });
+  Object.assign(label.style, {
+    position: 'fixed', zIndex: 100001, background: colour, color: 'white', font: 'bold 15px sans-serif',
+    padding: '3px 9px', borderRadius: '4px', whiteSpace: 'nowrap',
+    ...(narrow ? { left: `${x - 4}px`, top: `${y + height / 2}px`, translate: '-100% -50%' } : wide)
+  });
+  label.textContent = name;
+  document.body.append(frame, label);
+}"""
+
+
+def draw_label(page: Page, name: str, part: Locator) -> None:
+    """Draw a frame around a part of the page, and its name: in the corner of a large part, beside a small one."""
+    page.evaluate(LABEL, [name, part.bounding_box()])
+
+
+def test_all_parts_of_the_lab_with_their_names(lab, view):
+    view.set_viewport_size({"width": 1600, "height": 1000})
     open_section(view, lab, "ai_integration")
     run_from_palette(view, "ROS course", "ROS terminal")
     terminal = view.locator(".jp-Terminal .xterm-screen")
@@ -62,8 +87,29 @@ def test_a_notebook_the_robot_and_a_terminal_in_one_world(lab, view):
     frames = int(robot.locator("canvas").get_attribute("data-frames") or 0)
     view.wait_for_function(f"() => document.querySelector('.ros-Robot-canvas').dataset.frames > {frames + 300}")
     view.get_by_role("button", name="Smaller").click()
+    run_from_palette(view, "ROS course", "Plot")
+    plot = view.get_by_role("tabpanel", name="Plot", exact=True)
+    plot.get_by_label("Topic").select_option("/odom")
+    plot.get_by_role("button", name="Add to the plot").click()
+    expect(plot.get_by_role("listitem").locator("output")).to_contain_text("m/s")
+    nodes = show_panel(view, "Nodes")
+    expect(nodes).to_contain_text("/world")
+    view.get_by_role("tab", name="ai_integration.ipynb").click()
     world.evaluate("cell => cell.scrollIntoView({ block: 'start' })")
+    notebook = view.locator(".jp-NotebookPanel:visible")
+    draw_label(view, "Notebook", notebook)
+    draw_label(view, "Hand in", notebook.get_by_role("button", name="Hand in"))
+    draw_label(view, "Terminal", view.locator(".jp-Terminal:visible"))
+    draw_label(view, "Robot", robot)
+    draw_label(view, "Plot", plot)
+    draw_label(view, "Nodes", nodes)
+    for name in ("Exercise", "Inspector", "Graph"):  # a click opens them where Nodes is
+        draw_label(view, name, view.get_by_role("tab", name=name, exact=True))
     keep_picture(view, "jupyterlab")
+    if folder := os.environ.get("COURSE_PICTURES"):  # with fewer colours it loads quickly
+        path = Path(folder) / "jupyterlab.png"
+        with Image.open(path) as picture:
+            picture.convert("RGB").quantize(128, dither=Image.Dither.NONE).save(path, optimize=True)
 
 
 def test_the_graph_and_a_goal_sent_by_a_form(lab, view):

@@ -95,6 +95,11 @@ def test_the_readme_shows_three_pictures_that_load_quickly():
     assert [name for name in shown if (ROOT / name).stat().st_size >= 200_000] == []
 
 
+def test_students_see_the_same_picture_of_the_lab():
+    (name,) = re.findall(r"^!\[[^]]+\]\(([^)]+\.png)\)$", STUDENT.read_text(encoding="utf-8"), re.MULTILINE)
+    assert (STUDENT.parent / name).read_bytes() == (ROOT / "docs/pictures" / name).read_bytes()
+
+
 def test_the_drawing_shows_the_layers_that_are_held():
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
     for package, letter in (("autograder", "A"), ("course", "C")):
