@@ -30,8 +30,7 @@ WAIT = 90_000  # ms for whatever the page must show, on a busy machine
 
 
 SETTINGS = {
-    "notebook-extension/tracker": '{"windowingMode": "none"}',  # or cells that are out of sight are not in the page
-    "apputils-extension/notification": '{"fetchNews": "false"}',
+    "notebook-extension/tracker": '{"windowingMode": "none"}'  # or cells that are out of sight are not in the page
 }
 
 

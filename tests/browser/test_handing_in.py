@@ -1,5 +1,6 @@
 """A student's whole loop: work, hand in, be graded and marked by hand, get it back, and read it in the notebook."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -78,6 +79,15 @@ def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exch
     page.locator("#submitted_assignments_list").get_by_text("greeter").first.wait_for()
     # What costs each page some processor time, or the internet, and is of no use to a student.
     assert [url for url in asked if "/lab/api/build" in url or "/lab/api/news" in url] == []
+
+
+@pytest.mark.parametrize("profile", ["student", "instructor", "developer"])
+def test_nobody_is_asked_whether_to_get_news(tmp_path, profile):
+    """JupyterLab asks it, and looks for updates, unless this part of it is disabled."""
+    disabled = json.loads((settings(tmp_path, profile) / "labconfig/page_config.json").read_text())[
+        "disabledExtensions"
+    ]
+    assert disabled["@jupyterlab/apputils-extension:announcements"] is True
 
 
 def test_instructors_keep_their_tabs(tmp_path):

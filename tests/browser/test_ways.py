@@ -31,6 +31,8 @@ LINES = """each => {
 
 def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
     address, token, served = lab
+    asked: list[str] = []
+    page.on("request", lambda request: asked.append(request.url))
     given = nbformat.read(ROOT / "notebooks/index.ipynb", 4)
     for each in given.cells:
         each.update({"outputs": []} if each.cell_type == "code" else {})
@@ -79,6 +81,8 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="idle"]').wait_for(state="attached")
     expect(tab).to_have_count(0)
     expect(terminal).to_have_count(0)
+    # environment/install disables the question about news, and the look for updates that comes with it.
+    assert [url for url in asked if "/lab/api/update" in url or "/lab/api/news" in url] == []
 
 
 def check_the_first_screen(page: Page) -> None:
