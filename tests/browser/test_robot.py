@@ -1,12 +1,16 @@
 """The robot view and the plot in JupyterLab: a world is driven and changed by hand and by keys; a cell's drive."""
 
 import re
+import statistics
 
 import nbformat
 import pytest
 from playwright.sync_api import Locator, Page, Request, expect
 
 from course.foundation.waiting import wait_until
+from course.world import ROOMS
+from course.world.geometry import clearance
+from course.world.simulation import Robot
 from tests.browser.conftest import WAIT
 from tests.browser.pages import (
     BUSY,
@@ -38,10 +42,51 @@ ros.stop()
 ros.start(World, parameters={'room': 'hall'})
 commands = ros.node.create_publisher(Twist, 'cmd_vel', 10)
 slow = Twist()
-slow.linear.x = 0.2
+slow.linear.x, slow.angular.z = 0.2, 9.0  # it turns as fast as it can
 while True:
     commands.publish(slow)
     ros.until(lambda: False, 0.1)"""
+
+CRASH = """import math
+from course.world.node import latest
+world = latest()
+x, y, heading = world.simulation.pose
+world.drop(x + 0.36 * math.cos(heading), y + 0.36 * math.sin(heading))
+slow.linear.x, slow.angular.z = 0.3, 0.0
+_ = ros.until(lambda: commands.publish(slow) or world.simulation.collisions, 60)"""
+# The next pictures of the robot, as they are drawn: the scan's points (px), and how many crosses.
+DRAWN = """async ([canvas, pictures]) => {
+  const context = canvas.getContext('2d'), { fillRect, stroke } = context, drawn = [];
+  const red = getComputedStyle(canvas).getPropertyValue('--ros-robot-hit').trim();
+  let points = [], crosses = 0;
+  context.fillRect = (x, y, width, height) => {
+    points.push(...(width === 3 && height === 3 ? [[x + 1.5, y + 1.5]] : []));
+    fillRect.call(context, x, y, width, height);
+  };
+  context.stroke = () => {
+    crosses += context.strokeStyle === red;
+    stroke.call(context);
+  };
+  for (let before = canvas.dataset.frames; drawn.length < pictures; before = canvas.dataset.frames) {
+    [points, crosses] = [[], 0];
+    while (canvas.dataset.frames === before) {
+      await new Promise(requestAnimationFrame);
+    }
+    drawn.push({ points, crosses });
+  }
+  delete context.fillRect;
+  delete context.stroke;
+  return drawn;
+}"""
+
+
+def pictures(canvas: Locator, count: int) -> list[dict]:
+    """The next pictures of the robot: the points of the scan, x, y (m), and how many crosses."""
+    scale, left, bottom = view_of(canvas)
+    found = canvas.evaluate(f"canvas => ({DRAWN})([canvas, {count}])")
+    for each in found:
+        each["points"] = [((x - left) / scale, (bottom - y) / scale) for x, y in each["points"]]
+    return found
 
 
 def open_view(page: Page, name: str) -> Locator:
@@ -200,6 +245,10 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
 
     run_cell(page, 2, COMMANDS)
     expect(view.locator(".ros-Robot-facts")).to_contain_text("command0.20 m/s")
+    expect(view.locator(".ros-Robot-facts")).to_contain_text(f"measured0.20 m/s, {Robot().max_angular:.2f} rad/s")
+    for each in pictures(canvas, 25):  # each point on a wall, or nearly all: a wrong heading shows at once
+        off = [clearance(point, ROOMS["hall"].segments) for point in each["points"]]
+        assert statistics.quantiles(off, n=20)[-1] < 0.05  # m
     page.get_by_role("button", name="Interrupt the kernel").click()
     expect(view.locator(".ros-Robot-facts")).to_contain_text("none any more: the robot has stopped")
     run_cell(page, 2, "ros.stop('world')\n_ = ros.start(World, parameters={'room': 'pillars'})")
@@ -208,6 +257,9 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
         re.compile(r"commandnone(?! any)")
     )  # this world has had no command
     expect(view.locator(".ros-Robot-facts")).to_contain_text("driven by nobody")
+    run_cell(page, 2, CRASH)
+    expect(view.locator(".ros-Robot-facts")).to_contain_text("collisions1")
+    assert pictures(canvas, 1)[0]["crosses"] == 1
     page.get_by_role("button", name="Restart the kernel", exact=True).click()
     page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
     expect(view).to_contain_text("The kernel was restarted, and its nodes have ended")
@@ -216,6 +268,8 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view).to_contain_text("No robot yet")
     canvas = start_world(view, "office")
     speeds = view.locator(".ros-Robot-facts")
+    expect(speeds).to_contain_text("collisionsnone")
+    assert pictures(canvas, 1)[0]["crosses"] == 0
     view.get_by_role("button", name="Drive", exact=True).click()
     expect(view.get_by_role("button", name="Drive forward")).to_have_attribute("aria-disabled", "false")
     canvas.focus()

@@ -1,6 +1,6 @@
 // The picture of the robot in its room, on a canvas, in the theme's colours.
 
-import { Place, Pose, RobotState } from './robot_state';
+import { Place, Pose, RobotState, Scan } from './robot_state';
 
 export const RADIUS = 0.18; // m, of the robot
 export const OBSTACLE = 0.15; // m, radius of a dropped obstacle
@@ -93,27 +93,30 @@ export function draw(
   context.lineCap = 'round';
   grid(context, view, colour.line, width / ratio, height / ratio);
   const pose = state.shown(now);
-  if (pose && state.scan && !dim) {
-    sectors(context, state, state.scan.from ?? pose, view, colour);
+  const scan = state.scan;
+  // A scan is drawn where it was seen from.  If that is unknown it is left out, unless nothing tells where the robot is.
+  const from: Pose | null = scan && (scan.from ?? (pose ? null : [0, 0, 0]));
+  if (from && pose && !dim) {
+    sectors(context, state, from, view, colour);
   }
   trail(context, state.trail, px, py, colour.trail);
   lines(context, state.room.walls, px, py, colour.ink);
-  if (state.scan) {
-    beams(context, state, view, colour.beam, pose);
+  if (scan && from) {
+    beams(context, scan, from, view, colour.beam);
   }
   for (const [x, y] of state.collisions.places) {
     cross(context, px(x), py(y), colour.hit);
   }
-  if (state.scan && !dim) {
-    firstBeam(context, state.scan.from ?? pose ?? [0, 0, 0], state.scan.first, view, colour);
+  if (scan && from && !dim) {
+    firstBeam(context, from, scan.first, view, colour);
   }
   if (pose) {
     robot(context, px(pose[0]), py(pose[1]), pose[2], view.scale * RADIUS, colour);
-  } else if (state.scan) {
+  } else if (scan) {
     robot(context, px(0), py(0), 0, view.scale * RADIUS, colour);
   }
-  if (state.scan && !dim) {
-    origin(context, state.scan.from ?? pose ?? [0, 0, 0], view, colour);
+  if (from && !dim) {
+    origin(context, from, view, colour);
   }
   if (ghost) {
     context.setLineDash([4, 3]);
@@ -180,13 +183,11 @@ function sectors(
 
 function beams(
   context: CanvasRenderingContext2D,
-  state: RobotState,
+  scan: Scan,
+  [x, y, heading]: Pose,
   view: View,
-  colour: string,
-  pose: Pose | null
+  colour: string
 ): void {
-  const scan = state.scan!;
-  const [x, y, heading] = scan.from ?? pose ?? [0, 0, 0];
   context.fillStyle = colour;
   scan.ranges.forEach((range, number) => {
     if (range > 0) {
