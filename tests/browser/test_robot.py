@@ -27,6 +27,7 @@ from tests.browser.pages import (
 
 expect.set_options(timeout=WAIT)
 
+PANELS = ["Exercise", "Nodes", "Inspector", "Graph", "Robot", "Plot"]  # in the order that the students' README tells
 DRIVER = """from course.nodes.ai_robot_controller import AIRobotController
 ros.start(AIRobotController)"""
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
@@ -54,25 +55,28 @@ x, y, heading = world.simulation.pose
 world.drop(x + 0.36 * math.cos(heading), y + 0.36 * math.sin(heading))
 slow.linear.x, slow.angular.z = 0.3, 0.0
 _ = ros.until(lambda: commands.publish(slow) or world.simulation.collisions, 60)"""
-# The next pictures of the robot, as they are drawn: the scan's points (px), and how many crosses.
+# The next pictures of the robot, as they are drawn: the scan's points (px), how many crosses, and how opaque the
+# pieces of the trail are.
 DRAWN = """async ([canvas, pictures]) => {
   const context = canvas.getContext('2d'), { fillRect, stroke } = context, drawn = [];
-  const red = getComputedStyle(canvas).getPropertyValue('--ros-robot-hit').trim();
-  let points = [], crosses = 0;
+  const [red, grey] = ['hit', 'trail'].map(
+    name => getComputedStyle(canvas).getPropertyValue(`--ros-robot-${name}`).trim());
+  let points = [], crosses = 0, trail = [];
   context.fillRect = (x, y, width, height) => {
     points.push(...(width === 3 && height === 3 ? [[x + 1.5, y + 1.5]] : []));
     fillRect.call(context, x, y, width, height);
   };
   context.stroke = () => {
     crosses += context.strokeStyle === red;
+    trail.push(...(context.strokeStyle === grey ? [context.globalAlpha] : []));
     stroke.call(context);
   };
   for (let before = canvas.dataset.frames; drawn.length < pictures; before = canvas.dataset.frames) {
-    [points, crosses] = [[], 0];
+    [points, crosses, trail] = [[], 0, []];
     while (canvas.dataset.frames === before) {
       await new Promise(requestAnimationFrame);
     }
-    drawn.push({ points, crosses });
+    drawn.push({ points, crosses, trail });
   }
   delete context.fillRect;
   delete context.stroke;
@@ -81,7 +85,7 @@ DRAWN = """async ([canvas, pictures]) => {
 
 
 def pictures(canvas: Locator, count: int) -> list[dict]:
-    """The next pictures of the robot: the points of the scan, x, y (m), and how many crosses."""
+    """The next pictures of the robot: the scan's points, x, y (m), how many crosses, and the trail's opacities."""
     scale, left, bottom = view_of(canvas)
     found = canvas.evaluate(f"canvas => ({DRAWN})([canvas, {count}])")
     for each in found:
@@ -92,6 +96,11 @@ def pictures(canvas: Locator, count: int) -> list[dict]:
 def open_view(page: Page, name: str) -> Locator:
     """Open the robot view by the launcher, and look at the notebook again."""
     page.get_by_title("New Launcher", exact=True).first.click()
+    page.locator(".jp-LauncherCard:visible").get_by_text("Robot", exact=True).wait_for()
+    cards = [each.strip() for each in page.locator(".jp-LauncherCard:visible").all_inner_texts()]
+    tabs = page.locator(".jp-SideBar.jp-mod-right .lm-TabBar-tabLabel").all_inner_texts()
+    assert [each for each in cards if each in PANELS] == PANELS
+    assert [each for each in tabs if each in PANELS] == PANELS[:4]
     page.locator(".jp-LauncherCard:visible").get_by_text("Robot", exact=True).click()
     page.get_by_role("tab", name=f"{name}.ipynb").click()
     return page.get_by_role("tabpanel", name="Robot", exact=True)
@@ -249,6 +258,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     for each in pictures(canvas, 25):  # each point on a wall, or nearly all: a wrong heading shows at once
         off = [clearance(point, ROOMS["hall"].segments) for point in each["points"]]
         assert statistics.quantiles(off, n=20)[-1] < 0.05  # m
+    assert len(each["trail"]) > 2 and each["trail"] == sorted(set(each["trail"]))  # the older, the fainter
     page.get_by_role("button", name="Interrupt the kernel").click()
     expect(view.locator(".ros-Robot-facts")).to_contain_text("none any more: the robot has stopped")
     run_cell(page, 2, "ros.stop('world')\n_ = ros.start(World, parameters={'room': 'pillars'})")

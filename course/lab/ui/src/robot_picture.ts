@@ -9,6 +9,7 @@ const SMALLEST = 8; // px, least radius of the robot, so that it is visible
 const NOSE = { angle: 0.6, length: 1.75 }; // rad to each side of ahead, and times the robot's radius
 const APART = 34; // px at least between two numbers at an axis
 const DASH = [5, 4]; // px of the trail, drawn and left out
+const FADES = [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1]; // opacity of the trail's pieces, from the oldest one
 const AROUND = 4; // m shown to each side of a robot without a room
 const DEGREE = Math.PI / 180;
 const SECTORS: [string, number, number][] = [
@@ -237,7 +238,7 @@ function lines(
   context.stroke();
 }
 
-/** Draw the path so far as one thin dashed line. */
+/** Draw the path so far as a thin dashed line, in pieces of equal time: the older, the fainter. */
 function trail(
   context: CanvasRenderingContext2D,
   places: Place[],
@@ -245,15 +246,34 @@ function trail(
   py: (y: number) => number,
   colour: string
 ): void {
+  if (places.length < 2) {
+    return;
+  }
+  const began = places[0][2];
+  const each = Math.max(1e-9, places[places.length - 1][2] - began) / FADES.length;
+  context.save();
   context.strokeStyle = colour;
   context.lineWidth = 1.5;
   context.lineCap = 'butt'; // round ends would fill the gaps
   context.setLineDash(DASH);
-  context.beginPath();
-  places.forEach(([x, y], number) => (number ? context.lineTo(px(x), py(y)) : context.moveTo(px(x), py(y))));
-  context.stroke();
-  context.setLineDash([]);
-  context.lineCap = 'round';
+  const whole = context.globalAlpha;
+  let [first, length] = [0, 0]; // of this piece: its first place, and px before it
+  FADES.forEach((fade, number) => {
+    let next = first;
+    context.globalAlpha = whole * fade;
+    context.lineDashOffset = length; // the dashes go on from piece to piece
+    context.beginPath();
+    context.moveTo(px(places[first][0]), py(places[first][1]));
+    while (next + 1 < places.length && (number === FADES.length - 1 || places[next][2] < began + (number + 1) * each)) {
+      next++;
+      const [x, y] = [px(places[next][0]), py(places[next][1])];
+      length += Math.hypot(x - px(places[next - 1][0]), y - py(places[next - 1][1]));
+      context.lineTo(x, y);
+    }
+    context.stroke();
+    first = next;
+  });
+  context.restore();
 }
 
 /** Draw a line from the place of the scan towards its first beam: below the robot, whose nose says where it heads. */

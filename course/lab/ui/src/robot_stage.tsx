@@ -33,7 +33,7 @@ const DRAWN: [string, string][] = [
   ['orange dots', 'where the laser’s last scan hit something'],
   ['orange line', 'from the laser towards its first beam'],
   ['sectors', 'how far it is free to the front, to the left and to the right'],
-  ['dashed line', 'the way so far'],
+  ['dashed line', 'the way so far; the older, the fainter'],
   ['crosses', 'collisions']
 ];
 

@@ -33,7 +33,8 @@ export const ways: JupyterFrontEndPlugin<void> = {
   autoStart: true,
   optional: [ICommandPalette, ILauncher],
   activate: (_: JupyterFrontEnd, palette: ICommandPalette | null, launcher: ILauncher | null) => {
-    const panels = ['robot', 'plot', 'nodes', 'inspector', 'graph', 'exercise'].map(name => `ros2-course:${name}`);
+    // In the order of the sidebar, then what opens beside the notebook.
+    const panels = ['exercise', 'nodes', 'inspector', 'graph', 'robot', 'plot'].map(name => `ros2-course:${name}`);
     const commands = [TERMINAL, ...panels, 'ros2-course:hand-in'];
     commands.forEach((command, rank) => {
       palette?.addItem({ command, category: CATEGORY, rank });
