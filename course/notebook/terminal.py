@@ -168,8 +168,8 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
     if status < 0 and path and (left := left_thread(output, text_at(path))):
         output = f"{output.rstrip()}\nHint: {left}\n"
     logging = {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
-    tabs = with_tabs(words) if "Couldn't parse params file" in output else []
-    for why in (*tabs, *unread_files(words, logging)):
+    unreadable = "Couldn't parse params file" in output  # and then no node has begun, and rcl itself writes the log
+    for why in with_tabs(words) if unreadable else unread_files(words, logging):
         output = f"{output.rstrip()}\nHint: {why}\n"
     return command, output, status
 

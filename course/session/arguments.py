@@ -22,11 +22,14 @@ MAKERS = {
 
 
 def order_of_arguments(found: re.Match[str], source: str) -> str:
-    """Return the hint on a call with a misplaced name, or whose last argument is not a queue length or QoS profile."""
+    """Return the hint on a call with a type in quotation marks, a misplaced name, or a last argument that is no QoS."""
     tree = parse(source)
     for maker, (place, usual) in MAKERS.items():
         for call in calls(tree, maker):
             names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
+            if place - 1 in names and place in names:
+                kind = ast.unparse(call.args[place - 1])
+                return f"The type is not a text: write it without quotation marks, `{kind[1:-1]}`, and import it."
             last = call.args[-1] if len(call.args) == 4 and maker == "create_subscription" else None
             if (names and names[0] != place) or isinstance(last, ast.Attribute):
                 in_a_cell = "ros.node" in map(ast.unparse, call.args)

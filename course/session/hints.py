@@ -24,6 +24,7 @@ from course.session.endings import around, ended_twice, refused_by_raising
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
     NOT_THERE,
+    class_changed,
     class_for_response,
     class_passed,
     hidden_by_file,
@@ -33,6 +34,7 @@ from course.session.mixups import (
     outside_of_functions,
     parameter_counts,
     session_overwritten,
+    type_for_part,
 )
 from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
 from course.session.operands import unfit
@@ -478,7 +480,8 @@ def _no_such_class(found: re.Match[str], source: str) -> str:
     if module.split(".")[0] == COURSE and name not in near and (place := _module_with(name)):
         return f"{name} is in {place}: write `from {place} import {name}`."
     if not of_types:
-        return f"{module} has no {name}{'.' if near else ': look for the module that has it.'}{meant}"
+        elsewhere = not near and module.split(".")[0] != COURSE  # a page's own names are all known here
+        return f"{module} has no {name}{': look for the module that has it.' if elsewhere else '.'}{meant}"
     return (
         f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
     )
@@ -558,12 +561,6 @@ def _type_for_goal(found: re.Match[str], source: str) -> str:
             what = "an action, and a goal" if part == "Goal" else "a service, and a request"
             return f"`{found[1]}` is the type of {what} of it is `{found[1]}.{part}({found[2]}=...)`."
     return ""
-
-
-def _no_instance(found: re.Match[str], source: str, code: str) -> str:
-    name = re.search(r"\b([A-Z]\w*)\(", code)
-    part = "Request" if found[1] == "Service" else "Goal"
-    return f"Create a {part.lower()}: `{name[1] if name else 'TheType'}.{part}(...)`."
 
 
 def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
@@ -767,7 +764,8 @@ def _not_declared(found: re.Match[str], source: str) -> str:
             )
     texts = (argument(call, 0, "name") for call in calls(tree, "declare_parameter"))
     known = [str(each.value) for each in texts if isinstance(each, ast.Constant)]
-    if not declared and (near := difflib.get_close_matches(found[1], known, 1, 0.8)):
+    near = difflib.get_close_matches(found[1], known, 1, 0.8)
+    if not declared and (near := near or [each for each in known if found[1] == f"self.{each}"]):
         return f"No parameter '{found[1]}' is declared. Did you mean '{near[0]}'?"
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
 
@@ -821,6 +819,10 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
     static = (each for each in functions(parse(source)) if "staticmethod" in map(name_of, each.decorator_list))
     if any(each.name == method and [one.arg for one in each.args.args[:1]] == ["self"] for each in static):
         return f"`{method}` is static and gets no `self`: leave out `@staticmethod`, or `self`."
+    if re.search(rf"(?<![\w.]){cls}\.{method}\(", code):
+        kept = _objects(cls, source)
+        example = f": `{kept}.{method}(...)`" if kept else f", the name that you give to `{cls}(...)`"
+        return f"`{method}` is called on the class {cls} here. Call it on an object of the class{example}."
     sent = next(calls(parse(code), method), None)
     takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
     takes += parameter_counts(cls, method, source)
@@ -832,6 +834,17 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
             f"without brackets. Write `{cls}()` there."
         )
     return ""
+
+
+def _objects(cls: str, source: str) -> str:
+    """Return the name of an object of the class: that of a variable of the notebook, or one in the text; '' if none."""
+    main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
+    made = main.get(cls)
+    if "rclpy.init(" not in source and isinstance(made, type):
+        return next((name for name, each in main.items() if type(each) is made and not name.startswith("_")), "")
+    found = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign))
+    kept = (node for node in found if isinstance(node.value, ast.Call) and name_of(node.value.func) == cls)
+    return next((ast.unparse(node.targets[0]) for node in kept), "")
 
 
 def _parameters(function: object) -> int:
@@ -889,6 +902,8 @@ def _outside_of_its_class(found: re.Match[str], source: str) -> str:
 
 def _is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
+    if found[1] == f"{package}.py":
+        return f"An import names a module without `.py`: `{package}`."
     if package == COURSE and "." in found[1]:
         near = difflib.get_close_matches(found[1], USUAL, 1)
         return f"Did you mean `{near[0]}`?" if near else ""
@@ -1022,14 +1037,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             else ""
         ),
     ),
-    (
-        r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object attribute '(\w+)' is read-only",
-        lambda found, source: (
-            f"Somewhere `{found[1]}.{found[2]}.{found[3]} = ...` was run, without brackets after `{found[2]}`. It has "
-            "changed the type itself, for all of this kernel: correct that line, and restart the kernel (Kernel, "
-            "Restart Kernel)."
-        ),
-    ),
+    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object attribute '(\w+)' is read-only", class_changed),
     (
         r"The 'parameters' field must be a set or sequence and each value of type 'Parameter'",
         _says("Each must be the message of a parameter: `parameters=[Parameter(...).to_parameter_msg()]`."),
@@ -1051,7 +1059,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"'[<>]=?' not supported between instances of '(?:Duration' and '(?:float|int)|(?:float|int)' and 'Duration)'",
         _says("Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."),
     ),
-    (r"ParameterNotDeclaredException: .*: (\w+)", _not_declared),
+    (r"ParameterNotDeclaredException: .*: (\w+(?:[./]\w+)*)", _not_declared),
     (
         r"The given value is not one of the allowed types '?rcl_interfaces\.msg\.(?:\w+\.)*ParameterDescriptor",
         _says("The default comes before the descriptor: `declare_parameter('kp', 1.0, ParameterDescriptor(...))`."),
@@ -1171,6 +1179,11 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         "`is_cancel_requested` and `is_active` of a goal are not methods: leave out the brackets after them.",
     ),
     (
+        r"'bool' object is not callable",
+        r"(?<!self)\.accepted\(\)",
+        "`accepted` of a goal handle is not a method: leave out the brackets after it.",
+    ),
+    (
         NO_TEXT,
         r"publish_feedback\(",
         "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
@@ -1217,7 +1230,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),
     (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
-    (r"(Service|Action) classes can not be instantiated", _no_instance),
+    (r"(Service|Action) classes can not be instantiated", type_for_part),
     (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
     (r"'(CancelResponse|GoalResponse)' object is not callable", _response_for_callback),
     (NOT_CALLABLE, overwritten),

@@ -27,6 +27,73 @@ def class_for_response(source: str) -> tuple[str, int, str] | None:
     return None
 
 
+def class_changed(found: re.Match[str], source: str) -> str:
+    """Return the hint on a type whose field was set, as in `result = Lift.Result`, `result.stops = ...`."""
+    kind = f"{found[1]}.{found[2]}"
+    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    for node in made:
+        if ast.unparse(node.value) == kind:
+            again = "" if "rclpy.init(" in source else RESTART
+            return (
+                f"Line {node.lineno}: `{ast.unparse(node)}` is the class itself. Create one with brackets: `{kind}()`."
+                f"{again}"
+            )
+    if "rclpy.init(" in source:
+        return f"Somewhere a field of the class `{kind}` itself is set. Create one with brackets: `{kind}()`."
+    return (
+        f"Somewhere `{kind}.{found[3]} = ...` was run, without brackets after `{found[2]}`. It has changed the type "
+        "itself, for all of this kernel: correct that line, and restart the kernel (Kernel, Restart Kernel)."
+    )
+
+
+RESTART = (
+    " The type itself has been changed, for all of this kernel: correct the line, and restart the kernel (Kernel, "
+    "Restart Kernel)."
+)
+# The parts of a type, with the words in a variable's name that tell which one is meant.
+PARTS: dict[str, dict[str, tuple[str, ...]]] = {
+    "Service": {"Response": ("response", "answer", "reply"), "Request": ("request", "question")},
+    "Action": {"Result": ("result",), "Feedback": ("feedback",), "Goal": ("goal",)},
+}
+MAKERS_OF = {
+    "Service": {"create_service": (0, "srv_type"), "create_client": (0, "srv_type")},
+    "Action": {"ActionServer": (1, "action_type"), "ActionClient": (1, "action_type")},
+}
+
+
+def type_for_part(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `response = SetBool()`: only the parts of a type can be made, and this tells which one."""
+    made = re.search(r"\b(?!Action(?:Server|Client)\b)([A-Z]\w*)\(", code)
+    kind, of = made[1] if made else "TheType", found[1]
+    if re.search(rf"\b(?:ros\.\w+|create_service|create_client|ActionServer|ActionClient)\(.*\b{kind}\(", code):
+        of_call = " Its fields are given by name." if "ros.call(" in code else ""
+        return f"This takes the type itself: `{kind}`, without brackets after it.{of_call}"
+    written = code.partition("=")[0].lower() if re.match(r"\s*[\w.]+\s*=[^=]", code) else ""
+    for part, words in PARTS[of].items():
+        if any(word in written for word in words):
+            return _create(kind, part)
+    if "publish_feedback(" in code:
+        return _create(kind, "Feedback")
+    tree = parse(source)
+    sends = any(re.search(rf"\b{method}\(", code) for method in ("call", "call_async", "send_goal", "send_goal_async"))
+    server, client = MAKERS_OF[of]
+    serves, asks = (
+        any(name_of(argument(call, *MAKERS_OF[of][maker])) == kind for call in calls(tree, maker))
+        for maker in (server, client)
+    )
+    if sends or (asks and not serves):
+        return _create(kind, "Request" if of == "Service" else "Goal")
+    if serves and not asks:
+        return _create(kind, "Response" if of == "Service" else "Result")
+    parts = [f"`{kind}.{part}()`" for part in reversed(PARTS[of])]
+    return f"`{kind}` is the whole type. Create the part of it that you need: {', '.join(parts[:-1])} or {parts[-1]}."
+
+
+def _create(kind: str, part: str) -> str:
+    what = "feedback message" if part == "Feedback" else part.lower()
+    return f"Create a {what}: `{kind}.{part}(...)`."
+
+
 def idle_lambda(source: str) -> tuple[str, int, str] | None:
     """Return a service callback that is a `lambda` without a call: its text, its line and what it returns."""
     for call in calls(parse(source), "create_service"):

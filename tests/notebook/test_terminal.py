@@ -237,6 +237,14 @@ def test_a_parameter_file_for_another_node_is_told(tmp_path):
     assert "Hint: robot.yaml has parameters for parameternode, and the node is called parameter_node" in output
 
 
+def test_a_parameter_file_that_rcl_cannot_read_is_not_said_to_be_for_another_node(tmp_path):
+    (tmp_path / "robot.yaml").write_text("parameter_node:\n  ros__parameters:\n    max_speed = 0.8\n")
+    said = "[ERROR] [rcl]: Failed to parse global arguments\\nCouldn't parse params file: '--params-file robot.yaml'."
+    (tmp_path / "node.py").write_text(f'print("{said} Error: Cannot have a value before ros__parameters at line 4")\n')
+    ((_, output, _),) = terminal("python3 node.py --ros-args --params-file robot.yaml").runs
+    assert output.count("Hint: ") == 1 and "each value is `name: value`" in output
+
+
 @pytest.mark.parametrize("commands", [(), (["ros2", "node", "list"],)])
 def test_commands_that_are_no_text_are_told(commands):
     with pytest.raises(ExerciseError, match="takes each command as one text"):

@@ -332,7 +332,12 @@ def after(self, params):
             "Create a Float64: `Float64(data=...)`",
         ),
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
-        ("NotImplementedError: Service classes can not be instantiated", "", "a = SetBool()", "`SetBool.Request(...)`"),
+        (
+            "NotImplementedError: Service classes can not be instantiated",
+            "",
+            "a = SetBool()",
+            "`SetBool.Request()` or `SetBool.Response()`",
+        ),
         ("KeyError: 'front'", "", "", ""),
         (
             "TypeError: First element 1.5 at index 0 in parameters list is not a str.",
