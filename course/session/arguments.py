@@ -116,6 +116,8 @@ def argument_count(found: re.Match[str], source: str) -> str:
         "create_subscription": "(self, msg)",
         "create_timer": "(self)",
         "ActionServer": "(self, goal_handle)",
+        "send_goal_async": "(self, message)",
+        "add_done_callback": "(self, future)",
         "add_on_set_parameters_callback": "(self, params)",
     }
     for maker, signature in takes.items():

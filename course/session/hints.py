@@ -15,6 +15,9 @@ import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
+from action_msgs.msg import GoalStatus
+from rclpy.action.client import ClientGoalHandle
+from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from course.foundation import cells
@@ -24,13 +27,17 @@ from course.session.endings import around, ended_twice, refused_by_raising
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
     NOT_THERE,
+    UNCALLED,
     class_changed,
     class_for_response,
     class_passed,
     hidden_by_file,
     idle_lambda,
+    line_tree,
     method_for_result,
+    never_set,
     not_a_future,
+    not_called,
     outside_of_functions,
     parameter_counts,
     session_overwritten,
@@ -733,6 +740,43 @@ def _future_used(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+OF_PYTHON = {"true": "True", "false": "False", "null": "None", "none": "None"}
+OF_GOALS = {"ServerGoalHandle": ServerGoalHandle, "ClientGoalHandle": ClientGoalHandle, "GoalStatus": GoalStatus}
+MEANT = {  # where the most similar name is not the one that is meant, or there is none
+    ("ClientGoalHandle", "cancel"): "cancel_goal_async",
+    ("ServerGoalHandle", "is_canceled"): "is_cancel_requested",
+    ("ServerGoalHandle", "is_cancelled"): "is_cancel_requested",
+    ("ServerGoalHandle", "cancelled"): "canceled",
+}
+
+
+def _of_a_goal_handle(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute that a goal handle, or the table of goals' states, does not have."""
+    kind, name = found[1], found[2]
+    if kind == "ServerGoalHandle":
+        for call in calls(parse(source), "ActionServer"):
+            if name in _fields(name_of(argument(call, 1, "action_type")), "Goal", source):
+                return f"The fields of the goal are in its `request`: `goal_handle.request.{name}`."
+    known = [each for each in dir(OF_GOALS[kind]) if not each.startswith("_")]
+    near = [MEANT[kind, name]] if (kind, name) in MEANT else difflib.get_close_matches(name, known, 1, 0.7)
+    return f"Did you mean `{near[0]}`?" if near else ""
+
+
+def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on arrays compared as if they were numbers: `low <= degrees <= high`, `near and usable`."""
+    tree = line_tree(code)
+    nodes = [*ast.walk(tree)]
+    if any(isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert)) for node in nodes):
+        return ""  # a single truth value is wanted here
+    chained = any(isinstance(node, ast.Compare) and len(node.ops) > 1 for node in nodes)
+    if not chained and not any(isinstance(node, ast.BoolOp) for node in nodes):
+        return ""
+    return (
+        "Arrays are combined with `&` and `|`, not with `and`, `or` or `low <= a <= high`, and each comparison needs "
+        "brackets: `(low <= a) & (a <= high)`."
+    )
+
+
 def _by_name(found: re.Match[str], source: str) -> str:
     used = getattr(sys.modules.get("__main__"), "Parameter", None)
     imported = re.search(r"from rcl_interfaces\.msg import (?:\*|.*\bParameter\b)", source)
@@ -935,6 +979,7 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 # Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", _outside_of_its_class),
+    (r"'(\w+)' object has no attribute '(\w+)'$", never_set),
     (
         r"'ServerGoalHandle' object has no attribute '(?:cancel|cancel_goal|set_canceled|set_cancelled)'",
         _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
@@ -1155,6 +1200,12 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "`await` before `call_async(...)`."
         ),
     ),
+    (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", _of_a_goal_handle),
+    (r"type object '(GoalStatus)' has no attribute '(\w+)'", _of_a_goal_handle),
+    (
+        r"name '(true|false|null|none)' is not defined",
+        lambda found, source: f"In Python this is written `{OF_PYTHON[found[1]]}`.",
+    ),
     (r"name '(\w+)' is not defined", _own_attribute),
     (r"^TypeError: ", unfit),
     (r"Couldn't parse (?:parameter override rule|params file)", lambda found, source: unparsed(found.string)),
@@ -1224,6 +1275,8 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
+    (UNCALLED, not_called),
+    (r"truth value of an array|ufunc 'bitwise_(?:and|or)' not supported", _of_arrays),
     (r"'Future' object has no attribute '(?!add_done_callback)(\w+)'", _future_used),
     (r"'NoneType' object has no attribute '(\w+)'", attribute_of_nothing),
     (r"^RecursionError", _without_end),

@@ -131,6 +131,66 @@ def method_for_result(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+CALLED_FIRST = {"Lock", "RLock", "Condition", "time", "monotonic", "perf_counter", "now"}
+UNCALLED = (
+    r"'(?:builtin_function_or_method|method|function)' object (?:does not support the context|is not (?:iter|subscr))|"
+    r"(?:operand type|between instances).*'(?:builtin_function_or_method|method|function)'"
+)
+
+
+def not_called(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a function used without its brackets, as in `lock = threading.Lock`."""
+    tree = line_tree(code)
+    callees = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    inner = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    for used in ast.walk(tree):
+        if not isinstance(used, (ast.Attribute, ast.Name)) or id(used) in callees | inner:
+            continue
+        for line, value in [(0, used), *assigned(used, source)]:
+            if isinstance(value, (ast.Attribute, ast.Name)) and _is_function(value, source):
+                text = ast.unparse(value)
+                return f"{f'Line {line}: ' if line else ''}`{text}` is the function itself. Call it: `{text}()`."
+    return ""
+
+
+def _is_function(value: ast.Attribute | ast.Name, source: str) -> bool:
+    """Return True if a name is that of a function of `time` or `threading`, or a clock's `now`."""
+    text, name = ast.unparse(value), name_of(value)
+    if name not in CALLED_FIRST or not text.endswith(name):
+        return False
+    modules = ("time.", "threading.", "multiprocessing.")
+    return (
+        text.startswith(modules)
+        or text.endswith("get_clock().now")
+        or (
+            isinstance(value, ast.Name)
+            and re.search(rf"^from (?:time|threading) import .*\b{name}\b", source, re.MULTILINE) is not None
+        )
+    )
+
+
+def never_set(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute that a class sets without `self.`, or in a method that has not run yet."""
+    name = f"self.{found[2]}"
+    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == found[1]):
+        made = [node for node in ast.walk(cls) if isinstance(node, ast.Assign)]
+        of_self = [node.lineno for node in made if name in map(ast.unparse, node.targets)]
+        begins = next((each for each in functions(cls) if each.name == "__init__"), None)
+        inside = [*ast.walk(begins)] if begins else []
+        local = [node.lineno for node in made if node in inside and found[2] in map(ast.unparse, node.targets)]
+        read = any(
+            isinstance(each, ast.Name) and each.id == found[2] and isinstance(each.ctx, ast.Load) for each in inside
+        )
+        if local and not of_self and not read:
+            return (
+                f"Line {local[0]} sets `{found[2]}`, a variable of `__init__` that nothing reads. For an attribute of "
+                f"the object, write `{name} = ...` there."
+            )
+        if of_self and not local and "del " not in source and "delattr(" not in source:
+            return f"Line {of_self[0]} sets `{name}`, and has not run yet: give it a first value in `__init__`."
+    return ""
+
+
 def class_passed(cls: str, source: str) -> int:
     """Return the line in which a program keeps or passes the class `cls` itself; 0 if none does."""
     for node in ast.walk(parse(source)):

@@ -15,6 +15,8 @@ FLAG, MARK, ROS_ARGS = "--params-file", "ros__parameters", "--ros-args"
 SET = re.compile(r"([\w./]+):=")  # and not `node:name:=value`
 OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 NO_VALUE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+):='")
+NO_RULE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']+)'")
+UNKNOWN = re.compile(r"UnknownROSArgsError: \['([\w./]+:=[^']*)'")
 NO_FILE = re.compile(r"Couldn't parse params file: '--params-file (.+?)'. Error: Error opening YAML file")
 MOST = 1_000_000  # bytes of a file that is read
 
@@ -56,6 +58,10 @@ def unparsed(error: str) -> str:
     """Return what to write for the part of a command line that rcl could not parse, by its error; '' if unknown."""
     if rule := OVERRIDE.search(error):
         return f"A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`"
+    if rule := NO_RULE.search(error):
+        return f"The value follows the name with `:=` and without a blank: `-p {rule[1]}:=2.0`, for example."
+    if unknown := UNKNOWN.search(error):
+        return f"A parameter on a command line has `-p` before it: `-p {unknown[1]}`."
     if empty := NO_VALUE.search(error):
         return f"The value follows `:=` without a blank: `-p {empty[1]}:=2.0`, for example."
     if missing := NO_FILE.search(error):

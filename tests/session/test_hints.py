@@ -66,6 +66,11 @@ ON_A_CLASS = "TypeError: Agent.decide() missing 1 required positional argument: 
 HAS_AN_AGENT = "rclpy.init()\nself.agent = Agent()\n"
 NO_SUPPORT = "AttributeError: type object 'str' has no attribute '_TYPE_SUPPORT'"
 UNDECLARED = "rclpy.exceptions.ParameterNotDeclaredException: Invalid access to undeclared parameter(s): "
+NO_ATTRIBUTE = "AttributeError: 'Motors' object has no attribute 'stopped'"
+KEEPS = "class Motors:\n    def __init__(self):\n        {}\n    def stop(self):\n"
+BUILTIN = "'builtin_function_or_method'"
+AMBIGUOUS = "ValueError: The truth value of an array with more than one element is ambiguous. Use a.any() or a.all()"
+OVERRIDES = "RCLError: failed to initialize rcl: Couldn't parse parameter override rule:"
 INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid transition from state {} with event {}"
 
 
@@ -248,6 +253,56 @@ INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid 
             "without quotation marks, `Lift`, and import it.",
         ),
         (NO_SUPPORT, "self.create_client('/add', Add)", "", "are in the wrong order"),
+        (
+            NO_ATTRIBUTE,
+            KEEPS.format("stopped = False") + "        pass",
+            "",
+            "Line 3 sets `stopped`, a variable of `__init__` that",
+        ),
+        (NO_ATTRIBUTE, KEEPS.format("stopped = 1; self.state = stopped") + "        pass", "", ""),
+        (
+            NO_ATTRIBUTE,
+            f"{KEEPS.format('pass')}        self.stopped = 1",
+            "",
+            "Line 5 sets `self.stopped`, and has not",
+        ),
+        (NO_ATTRIBUTE, KEEPS.format("pass") + "        pass", "", ""),
+        (
+            f"TypeError: {BUILTIN} object does not support the context manager protocol",
+            "self.cabin = threading.Lock",
+            "with self.cabin:",
+            "Line 1: `threading.Lock` is the function itself. Call it: `threading.Lock()`.",
+        ),
+        (
+            f"TypeError: unsupported operand type(s) for -: {BUILTIN} and 'float'",
+            "now = time.monotonic",
+            "step = now - self.last",
+            "Line 1: `time.monotonic` is the function itself. Call it: `time.monotonic()`.",
+        ),
+        (f"TypeError: unsupported operand type(s) for -: {BUILTIN} and 'float'", "", "step = len - 1", ""),
+        ("NameError: name 'true' is not defined", "", "data=true", "In Python this is written `True`."),
+        ("AttributeError: 'ServerGoalHandle' object has no attribute 'cancelled'", "", "", "Did you mean `canceled`?"),
+        ("AttributeError: 'ServerGoalHandle' object has no attribute 'zzz'", "", "", ""),
+        (
+            "AttributeError: 'ServerGoalHandle' object has no attribute 'is_canceled'",
+            "",
+            "",
+            "Did you mean `is_cancel_requested`?",
+        ),
+        ("AttributeError: 'ClientGoalHandle' object has no attribute 'cancel'", "", "", "`cancel_goal_async`?"),
+        ("AttributeError: type object 'GoalStatus' has no attribute 'SUCCEEDED'", "", "", "`STATUS_SUCCEEDED`?"),
+        (AMBIGUOUS, "", "near = ranges[usable and low <= a]", "Arrays are combined with `&` and `|`"),
+        (AMBIGUOUS, "", "near = ranges[low <= a <= high]", "Arrays are combined with `&` and `|`"),
+        (AMBIGUOUS, "", "if ranges < 0.5 and usable:", ""),
+        (AMBIGUOUS, "", "return bool(ranges < 0.5)", ""),
+        (
+            "TypeError: LiftClient.on_feedback() missing 1 required positional argument: 'message'",
+            "self.client.send_goal_async(goal, feedback_callback=self.on_feedback())",
+            "future = self.client.send_goal_async(goal, feedback_callback=self.on_feedback())",
+            "Pass the method itself, without brackets: `self.on_feedback`.",
+        ),
+        (f"{OVERRIDES} '-p max_speed'. Error: E", "", "", "without a blank: `-p max_speed:=2.0`, for example."),
+        (f"{OVERRIDES} '-p max_speed=2.0'. Error: E", "", "", "A parameter is set with `:=`: `-p max_speed:=2.0`"),
     ],
 )
 def test_what_is_used_in_another_place_is_told_only_where_it_is_certain(error, text, code, says):

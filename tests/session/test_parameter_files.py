@@ -3,7 +3,7 @@
 import pytest
 
 from course.session.live import Session
-from course.session.parameter_files import set_parameters, unread_files, unread_words, with_tabs
+from course.session.parameter_files import set_parameters, unparsed, unread_files, unread_words, with_tabs
 
 PROGRAM = "import rclpy\nrclpy.init()\nnode = rclpy.create_node('parameter_node')\nrclpy.spin(node)\n"
 
@@ -71,3 +71,9 @@ def test_a_file_that_is_started_with_one(tmp_path):
     finally:
         session.close()
     assert "has parameters for other, and the node is called parameter_node" in told
+
+
+def test_a_parameter_without_its_option_is_told():
+    said = unparsed("rclpy._rclpy_pybind11.UnknownROSArgsError: ['max_speed:=2.0']")
+    assert said == "A parameter on a command line has `-p` before it: `-p max_speed:=2.0`."
+    assert unparsed("rclpy._rclpy_pybind11.UnknownROSArgsError: ['max_speed']") == ""
