@@ -167,11 +167,15 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
     path = _program(words)
     if status < 0 and path and (left := left_thread(output, text_at(path))):
         output = f"{output.rstrip()}\nHint: {left}\n"
-    logging = {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
     unreadable = "Couldn't parse params file" in output  # and then no node has begun, and rcl itself writes the log
-    for why in with_tabs(words) if unreadable else unread_files(words, logging):
+    for why in with_tabs(words) if unreadable else unread_files(words, _logging(output)):
         output = f"{output.rstrip()}\nHint: {why}\n"
     return command, output, status
+
+
+def _logging(output: str) -> set[str]:
+    """Return the names of the nodes that have written lines of a log."""
+    return {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
 
 
 def _unread_parameter(words: list[str]) -> str:
@@ -377,7 +381,7 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
         last = f" Its last line is:\n  {line.strip()[:LAST]}" if line.strip() else ""
         say(
             f"`{shlex.join(words)}` has printed no line with {until!r} for {WITHOUT:g} s. This cell waits for it, at "
-            f"most {timeout:g} s.{last}"
+            f"most {timeout:g} s.{last}" + "".join(f"\nHint: {why}" for why in unread_files(words, _logging(line)))
         )
 
     printed, line = "", ""

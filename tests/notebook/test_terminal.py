@@ -269,6 +269,16 @@ def test_a_line_that_has_not_come_is_told_long_before_the_limit(tmp_path, monkey
     assert said in capsys.readouterr().err
 
 
+def test_a_parameter_file_for_another_node_is_told_while_the_line_is_waited_for(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("course.notebook.terminal.WITHOUT", 0.3)
+    (tmp_path / "robot.yaml").write_text("robot:\n  ros__parameters:\n    max_speed: 0.8\n")
+    said = "[INFO] [parameter_node]: Max speed: 1.5"
+    (tmp_path / "node.py").write_text(f"import time\nprint('{said}', flush=True)\ntime.sleep(60)\n")
+    terminal("python3 node.py --ros-args --params-file robot.yaml", timeout=1.0, until="Max speed: 0.8")
+    told = capsys.readouterr().err
+    assert "Hint: robot.yaml has parameters for robot, and the node is called parameter_node" in told
+
+
 def test_a_program_that_ends_without_the_line_is_told(tmp_path):
     (tmp_path / "client.py").write_text("print('Max speed: 2.0')\n")
     (tmp_path / "other.py").write_text("print('Max speed: 2.00')\n")
