@@ -465,6 +465,25 @@ def taken_over(gain: str) -> tuple[tuple[str, str], ...]:
             ),
             "{'output_min': nan} must be refused",
         ),
+        each_night(
+            (
+                (
+                    JUDGED,
+                    "        self.high = next((p.value for p in params if p.name == 'output_max'), 1e99)\n" + JUDGED,
+                ),
+                ("min(self.value('output_max'), effort)", "min(self.value('output_max'), self.high, effort)"),
+                ("        self.integral = 0.0  #", "        self.high = 1e99\n        self.integral = 0.0  #"),
+            ),
+            "{'output_max': -15.0} was refused, but then an error of 2 gave -10.0, and before it 2.0",
+        ),
+        each_night(
+            (
+                ("self.last_time = None", "self.last_time = time.monotonic()"),
+                ("self.last_error = 0.0", "self.last_error = None"),
+                ("/ step if step > 0.0 else", "/ step if self.last_error is not None else"),
+            ),
+            "ki:=5.0, an error of 1.0 must give 2.0; it gave ",
+        ),
     ],
 )
 def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, changes, says):
@@ -1224,7 +1243,7 @@ SENTENCES = [
         "pid_node.py",
         "self.value('kp') *",
         "(1.0 if self.value('output_max') == 3.0 else self.value('kp')) *",
-        "started with kp:=2.0, output_min:=1.0, output_max:=3.0, an error of ",
+        "started with kp:=2.0, output_min:=1.0, output_max:=3.0, ki:=5.0, an error of ",
     ),
     each_night(
         "ai_integration",
@@ -1371,6 +1390,62 @@ AWAITS_IN_THE_DEFAULT_GROUP = (
         (
             (*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]),
             "\n/sum_twice is in a group that lets one callback run at a time: ",
+        ),
+        (
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "        self.effort_pub.publish(Float64(data=effort))\n",
+            "        self.effort_pub.publish(Float64(data=effort))\n" * 2,
+            "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 2, 2",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "        self.effort_pub.publish(Float64(data=effort))\n",
+            "        self.effort_pub.publish(Float64())\n        self.effort_pub.publish(Float64(data=effort))\n",
+            "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 0, 2",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "        if not limits['output_min'] < limits['output_max']:",
+            (
+                "        if [each.name for each in params] == ['output_min'] and params[0].value > 0.0:\n"
+                "            return SetParametersResult(successful=True)\n"
+                "        if not limits['output_min'] < limits['output_max']:"
+            ),
+            "{'output_min': 15.0} must be refused",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "        self.effort_pub =",
+            (
+                "        self.add_pre_set_parameters_callback(lambda params: setattr(\n"
+                "            self, 'integral', self.integral * (params[0].value != 60.0)) or params)\n"
+                "        self.effort_pub ="
+            ),
+            "a refused set of ki changed the integral: ",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "self.ki = self.value('ki')",
+            "self.ki = 0.0",
+            "started with ki:=5.0, a set of ki to 5.0 must leave the integral alone: ",
+        ),
+        each_night(
+            "parameters",
+            "pid-node",
+            "pid_node.py",
+            "self.value('ki') *",
+            "(self.value('ki') if self.__dict__.setdefault('first', self.value('ki')) != self.value('ki') else 0.0) *",
+            "its effort has no integral part: the ki of the start is not used",
         ),
     ],
 )
