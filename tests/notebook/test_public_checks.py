@@ -1221,6 +1221,45 @@ SENTENCES = [
         "{response.result:.3g}'",
         "1015.5 3.2 add: the result must have its first decimal, 1018.7\n",
     ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "if front < 0.5",
+        "if front and front < 0.5",
+        "at {'front': 0.0, 'right': 0.6} it must decide (0.0, 0.5): 0.0 is touching; it decides (0.3, 0.0)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "min(0.5, angular)",
+        "min(0.5 if right > 0.05 else 0.8, angular)",
+        "at {'front': 3.0, 'right': 0.0} it must decide (0.3, 0.5): 0.0 is touching; it decides (0.3, 0.8)",
+    ),
+    each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.stopped = request.data\n        if self.stopped:\n            self.enabled = False\n",
+        (
+            "        self.stopped, stops = request.data, getattr(self, 'stops', [])\n"
+            "        self.stops = [*stops, self.enabled] if request.data else []\n"
+            "        self.enabled = not request.data and (self.enabled or len(stops) > 1 and any(stops))\n"
+        ),
+        "alone after emergency_stop True, emergency_stop True, emergency_stop False: ",
+    ),
+    each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.enabled = request.data and response.success\n",
+        (
+            "        self.tries = 0 if response.success else getattr(self, 'tries', 0) + 1\n"
+            "        self.enabled = request.data and (response.success or self.tries > 1)\n"
+        ),
+        "both messages must say 'disabled' alone after enable True, enable True, emergency_stop False: ",
+    ),
     (
         "ai_integration",
         "wall-agent",
@@ -1446,6 +1485,35 @@ AWAITS_IN_THE_DEFAULT_GROUP = (
             "self.value('ki') *",
             "(self.value('ki') if self.__dict__.setdefault('first', self.value('ki')) != self.value('ki') else 0.0) *",
             "its effort has no integral part: the ki of the start is not used",
+        ),
+        each_night(
+            "ai_integration",
+            "wall-follower",
+            "wall_follower.py",
+            "cmd.angular.z = action['angular']",
+            "cmd.angular.z = round(action['angular'], 2)",
+            "a wall at 0.703 m on the right: it must be told (0.3, -0.1545), and it is told (0.3, -0.15)",
+        ),
+        each_night(
+            "services",
+            "relay",
+            "relay.py",
+            "        group = ReentrantCallbackGroup()\n",
+            (
+                "        import time\n        from rcl_interfaces.msg import SetParametersResult\n"
+                "        self.add_on_set_parameters_callback(\n"
+                "            lambda _: time.sleep(3.0) or SetParametersResult(successful=True))\n"
+                "        group = ReentrantCallbackGroup()\n"
+            ),
+            "a parameter must be set at once, also while callers wait; it took 3.",
+        ),
+        each_night(
+            "services",
+            "relay",
+            "relay.py",
+            "        answer = await",
+            "        __import__('time').sleep(0.7)\n        answer = await",
+            " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
         ),
     ],
 )
