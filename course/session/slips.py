@@ -32,7 +32,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_set_in_vain(tree, skipped)}
+    found |= {*_set_in_vain(tree, skipped), *_looked_up(tree)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -64,6 +64,20 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield node.lineno, f"`{text}` compares, and does nothing with it. To return it, write `{how}`."
                 else:
                     yield node.lineno, f"`{text}` compares, and changes nothing. To set it, write `{how}`."
+
+
+def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield values of a dict of the whole text that a function looks up and does not use: `WORDS.get(status)`."""
+    made = [node for node in tree.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict)]
+    dicts = {name_of(target) for node in made for target in node.targets if isinstance(target, ast.Name)}
+    for function in functions(tree):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
+                continue
+            called = node.value.func
+            if isinstance(called, ast.Attribute) and called.attr == "get" and ast.unparse(called.value) in dicts:
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is looked up, and nothing uses it. To return it, write `return {text}`."
 
 
 def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:

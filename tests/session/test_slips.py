@@ -39,6 +39,13 @@ def test_a_comparison_at_the_end_of_a_function_is_meant_to_be_returned(body, say
     assert says in told
 
 
+def test_a_value_that_is_looked_up_and_not_used_is_told():
+    text = "WORDS = {{4: 'SUCCEEDED'}}\ndef run(status):\n    {}WORDS.get(status)\n"
+    (told,) = slips(text.format(""))
+    assert told.startswith("note: line 3: ") and "write `return WORDS.get(status)`." in told
+    assert slips(text.format("return ")) == slips(text.format("").replace("WORDS =", "WORDS = Queue() or")) == []
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [
