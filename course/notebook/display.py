@@ -1,4 +1,4 @@
-"""What a cell shows of a message: all of it, unless it is huge, as one from a stranger's program may be."""
+"""A message that a cell shows: all of it, unless it is huge, as one from a stranger's program may be."""
 
 from typing import Any
 

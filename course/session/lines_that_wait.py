@@ -1,4 +1,4 @@
-"""Why a program waits in vain at one of its lines, and what to write there: from its text, where that is certain."""
+"""Remarks on a line at which a program waits in vain, with what to write there: from its text, where that is sure."""
 
 import ast
 import os

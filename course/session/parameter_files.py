@@ -65,7 +65,7 @@ def unparsed(error: str) -> str:
     if empty := NO_VALUE.search(error):
         return f"The value follows `:=` without a blank: `-p {empty[1]}:=2.0`, for example."
     if missing := NO_FILE.search(error):
-        return f"There is no file {missing[1]} in the folder {Path.cwd().name}, in which the program runs."
+        return f"The folder {Path.cwd().name}, in which the program runs, has no file {missing[1]}."
     return ""
 
 

@@ -594,7 +594,7 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
         0,
     ),
     "leaves the dead to whoever has forked it": (handed_in(ZOMBIES + text(SERVER), ZOMBIES + text(CLIENT)), 20),
-    "shows every number there is": (handed_in(*_every_number()), 18),
+    "shows every number there is": (handed_in(*_every_number()), 18.5),
 }
 
 # Each is like another that is graded in every run, and belongs to the matrix.

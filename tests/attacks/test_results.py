@@ -111,7 +111,7 @@ def test_a_class_of_names_and_notebooks(confinement, tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert "\x1b" not in done.stdout
     scores = {line["student"]: line["score"] for line in map(json.loads, (out / "results.jsonl").open())}
-    assert scores == dict.fromkeys([*NAMES, *bombs, "sparse", "links"], 0) | {"<b>x": 9}
+    assert scores == dict.fromkeys([*NAMES, *bombs, "sparse", "links"], 0) | {"<b>x": 9.25}
     new = {path for path in tmp_path.rglob("*") if not path.is_symlink()} - before
     assert all(path.is_relative_to(out) for path in new)
     assert len(list((out / "feedback").rglob("*.html"))) == len(scores)

@@ -185,7 +185,7 @@ INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid 
             "RCLError: Couldn't parse params file: '--params-file pids.yaml'. Error: Error opening YAML file, at p.c",
             "",
             "rclpy.init(args=args)",
-            "There is no file pids.yaml in the folder ",
+            ", in which the program runs, has no file pids.yaml.",
         ),
         (NO_CONTEXT, "", "executor = SingleThreadedExecutor()", "`SingleThreadedExecutor(context=node.context)`"),
         (
