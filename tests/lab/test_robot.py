@@ -230,9 +230,10 @@ def test_a_new_session_begins_without_the_collisions_of_the_one_before(kernel, p
     kernel.run("ros.start(World)")
     assert kernel.run(f"{HIT}\nprint(hit())") == "True"
     shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 1)
-    kernel.run("ros.close()\nros = course.live()\nros.start(World)")
+    kernel.run("ros.close()")
     while "error" not in page.event():
         pass
+    kernel.run("ros = course.live()\nros.start(World)")
     page.subscribe("robot")
     known = shown_until(page, lambda known: known.get("scan") and (known.get("room") or {}).get("name"))
     assert "collisions" not in known  # a page begins with none

@@ -1292,6 +1292,91 @@ SENTENCES = [
         "seen.min(initial=math.nan if ranges.size and np.isnan(ranges).any() and name == 'right' else math.inf)",
         "that is for 0.27 m or less on the right, or for a NaN that was not left out",
     ),
+    (
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.effort_pub.publish(Float64(data=effort))\n",
+        "        self.effort_pub.publish(Float64(data=effort))\n" * 2,
+        "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 2, 2",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.effort_pub.publish(Float64(data=effort))\n",
+        "        self.effort_pub.publish(Float64())\n        self.effort_pub.publish(Float64(data=effort))\n",
+        "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 0, 2",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        if not limits['output_min'] < limits['output_max']:",
+        (
+            "        if [each.name for each in params] == ['output_min'] and params[0].value > 0.0:\n"
+            "            return SetParametersResult(successful=True)\n"
+            "        if not limits['output_min'] < limits['output_max']:"
+        ),
+        "{'output_min': 15.0} must be refused",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.effort_pub =",
+        (
+            "        self.add_pre_set_parameters_callback(lambda params: setattr(\n"
+            "            self, 'integral', self.integral * (params[0].value != 60.0)) or params)\n"
+            "        self.effort_pub ="
+        ),
+        "a refused set of ki changed the integral: ",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "self.ki = self.value('ki')",
+        "self.ki = 0.0",
+        "started with ki:=5.0, a set of ki to 5.0 must leave the integral alone: ",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "self.value('ki') *",
+        "(self.value('ki') if self.__dict__.setdefault('first', self.value('ki')) != self.value('ki') else 0.0) *",
+        "its effort has no integral part: the ki of the start is not used",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "cmd.angular.z = action['angular']",
+        "cmd.angular.z = round(action['angular'], 2)",
+        "a wall at 0.703 m on the right: it must be told (0.3, -0.1545), and it is told (0.3, -0.15)",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        group = ReentrantCallbackGroup()\n",
+        (
+            "        import time\n        from rcl_interfaces.msg import SetParametersResult\n"
+            "        self.add_on_set_parameters_callback(\n"
+            "            lambda _: time.sleep(3.0) or SetParametersResult(successful=True))\n"
+            "        group = ReentrantCallbackGroup()\n"
+        ),
+        "a parameter must be set at once, also while callers wait; it took 3.",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        answer = await",
+        "        __import__('time').sleep(0.7)\n        answer = await",
+        " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
+    ),
 ]
 
 
@@ -1429,91 +1514,6 @@ AWAITS_IN_THE_DEFAULT_GROUP = (
         (
             (*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]),
             "\n/sum_twice is in a group that lets one callback run at a time: ",
-        ),
-        (
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "        self.effort_pub.publish(Float64(data=effort))\n",
-            "        self.effort_pub.publish(Float64(data=effort))\n" * 2,
-            "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 2, 2",
-        ),
-        each_night(
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "        self.effort_pub.publish(Float64(data=effort))\n",
-            "        self.effort_pub.publish(Float64())\n        self.effort_pub.publish(Float64(data=effort))\n",
-            "each error must have one effort: 1 were sent, and 2 efforts came, the last ones 0, 2",
-        ),
-        each_night(
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "        if not limits['output_min'] < limits['output_max']:",
-            (
-                "        if [each.name for each in params] == ['output_min'] and params[0].value > 0.0:\n"
-                "            return SetParametersResult(successful=True)\n"
-                "        if not limits['output_min'] < limits['output_max']:"
-            ),
-            "{'output_min': 15.0} must be refused",
-        ),
-        each_night(
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "        self.effort_pub =",
-            (
-                "        self.add_pre_set_parameters_callback(lambda params: setattr(\n"
-                "            self, 'integral', self.integral * (params[0].value != 60.0)) or params)\n"
-                "        self.effort_pub ="
-            ),
-            "a refused set of ki changed the integral: ",
-        ),
-        each_night(
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "self.ki = self.value('ki')",
-            "self.ki = 0.0",
-            "started with ki:=5.0, a set of ki to 5.0 must leave the integral alone: ",
-        ),
-        each_night(
-            "parameters",
-            "pid-node",
-            "pid_node.py",
-            "self.value('ki') *",
-            "(self.value('ki') if self.__dict__.setdefault('first', self.value('ki')) != self.value('ki') else 0.0) *",
-            "its effort has no integral part: the ki of the start is not used",
-        ),
-        each_night(
-            "ai_integration",
-            "wall-follower",
-            "wall_follower.py",
-            "cmd.angular.z = action['angular']",
-            "cmd.angular.z = round(action['angular'], 2)",
-            "a wall at 0.703 m on the right: it must be told (0.3, -0.1545), and it is told (0.3, -0.15)",
-        ),
-        each_night(
-            "services",
-            "relay",
-            "relay.py",
-            "        group = ReentrantCallbackGroup()\n",
-            (
-                "        import time\n        from rcl_interfaces.msg import SetParametersResult\n"
-                "        self.add_on_set_parameters_callback(\n"
-                "            lambda _: time.sleep(3.0) or SetParametersResult(successful=True))\n"
-                "        group = ReentrantCallbackGroup()\n"
-            ),
-            "a parameter must be set at once, also while callers wait; it took 3.",
-        ),
-        each_night(
-            "services",
-            "relay",
-            "relay.py",
-            "        answer = await",
-            "        __import__('time').sleep(0.7)\n        answer = await",
-            " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
         ),
     ],
 )
