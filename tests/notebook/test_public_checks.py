@@ -1510,11 +1510,8 @@ AWAITS_IN_THE_DEFAULT_GROUP = (
     ("changes", "says"),
     [
         (BLOCKS, "in sum_twice\n    response.sum = self.client.call(request).sum"),
-        (AWAITS_IN_THE_DEFAULT_GROUP, "\n/sum_twice is in a group that lets one callback run at a time: "),
-        (
-            (*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]),
-            "\n/sum_twice is in a group that lets one callback run at a time: ",
-        ),
+        (AWAITS_IN_THE_DEFAULT_GROUP, "Give the client a group of its own: "),
+        ((*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]), "\nThe callback group of /sum_twice, "),
     ],
 )
 def test_a_task_on_the_page_names_what_makes_others_wait(empty, capfd, changes, says):
