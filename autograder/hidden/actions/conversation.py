@@ -3,7 +3,7 @@
 import random
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
@@ -263,6 +263,28 @@ class Early(Server):
         program = self.program
         if wait_until(lambda: self.caller.ready() or not program.alive, START) and program.alive:
             self._sample = self._play(ANSWER, lambda: program.alive)
+
+
+class EarlyKinds(Early):
+    """The same, with several kinds of what happens, in turn: each test waits for its own alone."""
+
+    def __init__(self, bench: Bench, period: float, kinds: Collection[str]):
+        super().__init__(bench, period, "--ros-args", "-p", f"step_period:={period}")
+        self._wrong: dict[str, Wrong] = {}
+        self._over = {kind: threading.Event() for kind in kinds}
+
+    def expect(self, kind: str) -> None:
+        """Wait until this kind is over; raises Wrong when something was wrong each time that it was tried."""
+        self._over[kind].wait()
+        if kind in self._wrong:
+            raise self._wrong[kind]
+
+    def _early(self) -> None:
+        try:
+            super()._early()
+        finally:
+            for over in self._over.values():
+                over.set()
 
 
 @dataclass

@@ -4,12 +4,11 @@ Beside the first tests, so that it takes no time of its own.
 """
 
 import random
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from autograder.hidden.actions.conversation import TOP, Early
+from autograder.hidden.actions.conversation import TOP, EarlyKinds
 from autograder.hidden.actions.rides import counted, floors_heard, published_later
 from autograder.suitekit import Alive, Bench, Goal, Wrong
 
@@ -90,28 +89,13 @@ def ways(rng: random.Random) -> list[Way]:
     return [*found[:-1], replace(found[-1], done=LONG_BEGUN)]
 
 
-class EachWay(Early):
+class EachWay(EarlyKinds):
     """The student's lift with a short step period, and many goals of which each is ended after a step."""
 
     def __init__(self, bench: Bench, rng: random.Random):
-        super().__init__(bench, EACH_STEP, "--ros-args", "-p", f"step_period:={EACH_STEP}")
+        super().__init__(bench, EACH_STEP, ALLOWED)
         self._ways = ways(rng)
-        self._wrong: dict[str, Wrong] = {}
         self._misses = 0  # of one kind of event
-        self._over = {kind: threading.Event() for kind in ALLOWED}
-
-    def expect(self, kind: str) -> None:
-        """What happens must end each goal within a step; raises Wrong when one went on each time that it was tried."""
-        self._over[kind].wait()
-        if kind in self._wrong:
-            raise self._wrong[kind]
-
-    def _early(self) -> None:
-        try:
-            super()._early()
-        finally:
-            for over in self._over.values():
-                over.set()
 
     def _play(self, limit: float, alive: Alive) -> bool | None:
         def cancel(goal: Goal, there: int) -> float:

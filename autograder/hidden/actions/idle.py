@@ -3,11 +3,10 @@
 Beside the first tests, so that it takes no time of its own.
 """
 
-import threading
 import time
 from collections.abc import Callable
 
-from autograder.hidden.actions.conversation import BLOCK, LATE, QUICK_STEPS, Early
+from autograder.hidden.actions.conversation import BLOCK, LATE, QUICK_STEPS, EarlyKinds
 from autograder.hidden.actions.rides import Ride, floors_heard, way
 from autograder.suitekit import Alive, Bench, Goal, Wrong
 from course.foundation.waiting import wait_until
@@ -19,26 +18,11 @@ LOW, HIGH = 3, 5  # floors between which it goes
 ENDS = 5.0  # s until a goal of some short steps has ended
 
 
-class Idle(Early):
+class Idle(EarlyKinds):
     """The student's lift with short steps, which is left alone after a goal, and after its shaft was blocked."""
 
     def __init__(self, bench: Bench):
-        super().__init__(bench, QUICK_STEPS[-1], "--ros-args", "-p", f"step_period:={QUICK_STEPS[-1]}")
-        self._wrong: dict[str, Wrong] = {}
-        self._over = {kind: threading.Event() for kind in (PLACE, SHAFT)}
-
-    def expect(self, kind: str) -> None:
-        """Nothing must have changed by itself; raises Wrong when something did each time that it was tried."""
-        self._over[kind].wait()
-        if kind in self._wrong:
-            raise self._wrong[kind]
-
-    def _early(self) -> None:
-        try:
-            super()._early()
-        finally:
-            for over in self._over.values():
-                over.set()
+        super().__init__(bench, QUICK_STEPS[-1], (PLACE, SHAFT))
 
     def _play(self, limit: float, alive: Alive) -> bool:
         kinds: dict[str, Callable[[float, Alive], str]] = {PLACE: self._moved, SHAFT: self._freed}
