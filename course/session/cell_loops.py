@@ -16,7 +16,7 @@ from rclpy.client import Client
 
 from course.session.failure_report import text_at
 from course.session.hints import serves
-from course.session.source import is_cell, name_of, parse
+from course.session.source import covers, is_cell, name_of, parse
 
 IDLE = ("sleep", "print", "spin_once")  # calls in a loop that only waits
 ASKS = ("service_is_ready", "wait_for_service", "server_is_ready", "wait_for_server")  # methods of a client
@@ -54,7 +54,7 @@ def cell_loop(thread: int) -> CellLoop | None:
         return None
     tree = parse("".join(linecache.getlines(frame.f_code.co_filename)))
     loops = [node for node in ast.walk(tree) if isinstance(node, ast.While) and not node.orelse]
-    around = [node for node in loops if node.lineno <= frame.f_lineno <= (node.end_lineno or node.lineno)]
+    around = [node for node in loops if covers(node, frame.f_lineno)]
     for loop in around[-1:]:
         if (
             not isinstance(loop.test, ast.Constant)

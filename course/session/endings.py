@@ -4,8 +4,10 @@ import ast
 import re
 
 from course.session.source import (
+    Function,
     argument,
     calls,
+    covers,
     functions,
     name_of,
     named,
@@ -16,7 +18,6 @@ from course.session.source import (
 
 ENDS = {"ABORTED": "abort", "CANCELED": "canceled", "SUCCEEDED": "succeed"}
 GOAL_CALLBACK, CANCEL_CALLBACK = (9, "goal_callback"), (10, "cancel_callback")  # of an ActionServer
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def refused_by_raising(found: re.Match[str], source: str, code: str) -> str:
@@ -72,12 +73,12 @@ def around(code: str, source: str, names: set[str] | None = None) -> list[Functi
     if len(lines) != 1:  # then each of its places must be in one of these functions
         return [] if names is None or not lines else _holding_all(tree, lines, names)
     made = functions(tree) if names is None else named(tree, names)
-    return [each for each in made if each.lineno <= lines[0] <= (each.end_lineno or each.lineno)]
+    return [each for each in made if covers(each, lines[0])]
 
 
 def _holding_all(tree: ast.Module, lines: list[int], names: set[str]) -> list[Function]:
     made = [*named(tree, names)]
-    held = [any(each.lineno <= line <= (each.end_lineno or each.lineno) for each in made) for line in lines]
+    held = [any(covers(each, line) for each in made) for line in lines]
     return made if made and all(held) else []
 
 

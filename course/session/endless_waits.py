@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from course.session.failure_report import text_at
-from course.session.source import WAITS, argument, calls, exits, functions, name_of, parse
+from course.session.source import WAITS, argument, calls, covers, exits, functions, name_of, parse
 
 BLOCKING = ("call", "send_goal", "get_result", "cancel_goal")  # each has a twin that ends in `_async`
 # Methods that wait for a server, what creates their client, and the position and name of its argument with the name.
@@ -214,7 +214,7 @@ def _spins_without_limit(tree: ast.Module, line: int) -> bool:
 
 
 def _on(nodes: Iterator[Placed], line: int) -> Iterator[Placed]:
-    return (node for node in nodes if node.lineno <= line <= (node.end_lineno or node.lineno))
+    return (node for node in nodes if covers(node, line))
 
 
 def _only_spins(loop: ast.While) -> bool:
@@ -267,8 +267,7 @@ def _waiting_call(source: str, line: int, inner: Sequence[str]) -> str:
     tree = parse(source)
     for name in (*BLOCKING, *SERVERS):
         for call in calls(tree, name) if {name, f"_{name}"} & {*inner} else ():
-            here = call.lineno <= line <= (call.end_lineno or call.lineno)
-            if here and argument(call, WAITS.get(name, len(call.args)), "timeout_sec") is None:
+            if covers(call, line) and argument(call, WAITS.get(name, len(call.args)), "timeout_sec") is None:
                 return name
     return ""
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from course.session.endless_waits import EXECUTORS, Call, is_own, of_rclpy, threads
 from course.session.failure_report import Frame, text_at
-from course.session.source import calls, functions, name_of, parse
+from course.session.source import Function, calls, covers, functions, name_of, parse
 
 CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
 # A program with one of these may run other code while a callback waits.
@@ -26,7 +26,6 @@ OF_THE_REQUEST = re.compile(r"(\w+\.)?request\.\w+")  # nothing changes the fiel
 ORDERS = (ast.Gt, ast.GtE, ast.Lt, ast.LtE)  # comparisons of numbers
 LEAVES = (ast.Assert, ast.Break, ast.Raise, ast.Return, ast.Yield, ast.YieldFrom)  # what may leave a loop
 NOT_SPUN = "nothing spins its node, so none of its callbacks is called."
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 def hang(stacks: str, path: Path, callbacks: Collection[str], limit: float) -> tuple[Frame, ...]:
@@ -99,7 +98,7 @@ def in_calls(stacks: str, path: Path) -> int:
 
 def _shortest_sleep(tree: ast.Module, line: int) -> float:
     """Return the shortest time (s) that a `sleep` in a line takes; 0 if a time is not written out."""
-    here = [call for call in calls(tree, "sleep") if _covers(call, line)]
+    here = [call for call in calls(tree, "sleep") if covers(call, line)]
     values = [getattr(call.args[0] if call.args else None, "value", 0.0) for call in here]
     return min((float(each) if isinstance(each, (int, float)) else 0.0 for each in values), default=0.0)
 
@@ -107,7 +106,7 @@ def _shortest_sleep(tree: ast.Module, line: int) -> float:
 def _waits_for_ever(tree: ast.Module, source: str, line: int) -> bool:
     """Return True if a line waits for a lock that the program acquires without ever releasing it."""
     taken = [_lock(each) for each in calls(tree, "acquire") if not (each.args or each.keywords)]
-    here = [_lock(each) for each in calls(tree, "acquire") if _covers(each, line)]
+    here = [_lock(each) for each in calls(tree, "acquire") if covers(each, line)]
     blocks = [node for node in ast.walk(tree) if isinstance(node, ast.With) and node.lineno == line]
     here += [ast.unparse(item.context_expr) for block in blocks for item in block.items]
     return not RELEASES.search(source) and len(here) == 1 and here[0] in taken
@@ -115,10 +114,6 @@ def _waits_for_ever(tree: ast.Module, source: str, line: int) -> bool:
 
 def _lock(call: ast.Call) -> str:
     return ast.unparse(call.func).rpartition(".")[0]
-
-
-def _covers(node: ast.expr | ast.stmt, line: int) -> bool:
-    return node.lineno <= line <= (node.end_lineno or node.lineno)
 
 
 def _in_endless_loop(tree: ast.Module, chain: Sequence[Call], alone: bool) -> bool:
@@ -130,14 +125,14 @@ def _in_endless_loop(tree: ast.Module, chain: Sequence[Call], alone: bool) -> bo
             continue
         function = outer[0]
         loops = [node for node in ast.walk(function) if isinstance(node, ast.While)] if function else []
-        if function and any(_covers(loop, line) and _is_endless(loop, function, tree, alone) for loop in loops):
+        if function and any(covers(loop, line) and _is_endless(loop, function, tree, alone) for loop in loops):
             return True
     return False
 
 
 def _function(tree: ast.Module, line: int) -> Function | None:
     """Return the innermost function around a line."""
-    around = [function for function in functions(tree) if _covers(function, line)]
+    around = [function for function in functions(tree) if covers(function, line)]
     return max(around, key=lambda function: function.lineno, default=None)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from course.session.failure_report import Frame
 from course.session.hangs import THREADS
-from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse
+from course.session.source import CALLBACKS, argument, calls, covers, functions, name_of, parse
 
 AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
 
@@ -25,7 +25,7 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     if _is_of_a_rate(at.code, tree):
         why = "A rate sleeps until another thread spins the node, and the only one is here"
         return [f"{why}: use `time.sleep(seconds)`, or an executor with several threads."]
-    loop = next((each for each in ast.walk(tree) if isinstance(each, ast.While) and _covers(each, at.line)), None)
+    loop = next((each for each in ast.walk(tree) if isinstance(each, ast.While) and covers(each, at.line)), None)
     if loop is None or any(frame.function in _callbacks(tree) for frame in frames):
         return []
     waits = next(calls(loop.test, "done"), None)
@@ -71,11 +71,7 @@ def _callbacks(tree: ast.Module) -> set[str]:
     return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
 
 
-def _covers(node: ast.While, line: int) -> bool:
-    return node.lineno <= line <= (node.end_lineno or node.lineno)
-
-
 def _node(tree: ast.Module, line: int) -> str:
     """Return how the function around a line calls the node: `self` in a method, or `node`."""
-    around = [each for each in functions(tree) if each.lineno <= line <= (each.end_lineno or each.lineno)]
+    around = [each for each in functions(tree) if covers(each, line)]
     return "self" if any(argument.arg == "self" for each in around for argument in each.args.args) else "node"

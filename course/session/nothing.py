@@ -9,9 +9,17 @@ import textwrap
 from collections.abc import Callable
 
 from course.session.mixups import assigned, line_tree, outside_of_functions, returned
-from course.session.source import functions, functions_of, may_return_nothing, name_of, named, parse, service_callbacks
+from course.session.source import (
+    Function,
+    functions,
+    functions_of,
+    may_return_nothing,
+    name_of,
+    named,
+    parse,
+    service_callbacks,
+)
 
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 NOT_YET = (
     "The response is not there yet: `future.result()` and `client.call(..., timeout_sec=...)` are None until it comes."
 )

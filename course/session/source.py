@@ -20,6 +20,7 @@ WAITS = {
     "wait_for_service": 0,
 }
 # Functions that take a callback, and its position among the arguments.
+Function = ast.FunctionDef | ast.AsyncFunctionDef
 CALLBACKS = {
     "ActionServer": (3, "execute_callback"),
     "add_done_callback": (0, "fn"),
@@ -76,12 +77,17 @@ def cells_run() -> list[str]:
     return ["".join(linecache.getlines(file)) for file in reversed(list(linecache.cache)) if is_cell(file)]
 
 
-def functions(tree: ast.AST) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+def covers(node: ast.expr | ast.stmt, line: int) -> bool:
+    """Return True if a line is one of the node's."""
+    return node.lineno <= line <= (node.end_lineno or node.lineno)
+
+
+def functions(tree: ast.AST) -> Iterator[Function]:
     """Yield all functions and methods in a tree."""
     return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
-def named(tree: ast.AST, names: Collection[str]) -> Iterator[ast.FunctionDef | ast.AsyncFunctionDef]:
+def named(tree: ast.AST, names: Collection[str]) -> Iterator[Function]:
     """Yield the functions of these names, but not of a name that several have: a callback may be any of them.
 
     What a decorator makes of a function is not known, so those that have one are left out, too.
