@@ -1,6 +1,7 @@
 """The session's service calls: waiting for the server and the answer, and explaining why no answer comes."""
 
 import contextlib
+import itertools
 import math
 import threading
 import time
@@ -28,6 +29,7 @@ from course.session.node_process import NodeProcess
 from course.session.offered import may_serve, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
+from course.session.presence import Presence
 from course.session.source import ONE_AT_A_TIME, answering, blocked, wrong_result
 from course.session.watch import Handle, Watch
 
@@ -368,7 +370,16 @@ class Calls:
             if at := stuck():
                 raise CallTimeout(f"no server for {client.service_name} yet.{at}")
             raise CallTimeout(f"no server for {client.service_name} within {timeout:g} s. {self.apart(client)}")
+        self._note_server_of(client.service_name)
         self._tell_who_answers(client.service_name)
+
+    def _note_server_of(self, service: str) -> None:
+        """Ask the graph which program serves `service`, unless one is known to: it lists services one by one."""
+        if self._programs(service):
+            return
+        for each in list(self._handles.values()):
+            if isinstance(each, NodeProcess) and each.alive:
+                each.services |= {*itertools.chain.from_iterable(map(Presence(self.node).services, each.nodes))}
 
     def _beginners(self, maker: str, name: str) -> list[NodeProcess]:
         """Return the running programs that may still make `name` by `maker`, by their text."""

@@ -75,8 +75,9 @@ def test_a_call_that_gets_no_answer_tells_the_line_of_the_callback(session, tmp_
     file.write_text(SERVER.format(body=body, spin=spin, call="main()"))
     process = session.start(file)
     assert process.doing() == ()  # it waits for callbacks
+    process.services.discard("/ask")  # on a busy machine the graph may not have listed it yet
     with pytest.raises(CallTimeout) as told:
-        session.call("/ask", Trigger, timeout=0.5)
+        session.call("/ask", Trigger, timeout=1.5)
     assert str(told.value).endswith(f"server.py is here:\n  server.py, line 16, in ask\n    {body}")
     assert process.alive
 
