@@ -83,7 +83,7 @@ def follow(page: Client, until: str, **sent: object) -> dict:
 
 
 def ended(page: Client) -> dict:
-    while (state := page.event()["data"])["state"] == "running":
+    while (state := page.event()["data"]).get("state", "running") == "running":  # or an event of another topic
         pass
     return state
 
