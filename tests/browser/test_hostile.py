@@ -1,11 +1,15 @@
 """Texts that are made to do something, in every panel and page: they are shown, and nothing is run or loaded."""
 
 import contextlib
+import os
+import urllib.parse
 from collections.abc import Iterator
+from pathlib import Path
 
 import nbformat
 import pytest
 from nbconvert.exporters import HTMLExporter
+from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 from playwright.sync_api import Page, expect
 
@@ -30,6 +34,7 @@ EVIL = (
     "{{ 7*7 }} ${7*7} %(x)s \" ' ` \x1b]52;c;cm0=\x07\x1b]0;title\x07\x1b[2J\u202egnp.exe\u2066"
 )
 END = "the end of it"
+LONG = 200 * "n"  # a name that has no place to break
 FILE = "'<img src=x onerror=window.owned=1>\\u202e.py'"  # a name of a file has no slash
 PROGRAM = f"""import math
 import rclpy
@@ -56,6 +61,7 @@ class Hostile(Node):
         for number in range(300):
             self.declare_parameter(f'p{{number}}', EVIL)
         self.create_service(Trigger, 'ask', self.ask)
+        self.create_service(Trigger, {LONG!r}, self.ask)
         for number in range(60):
             self.create_service(Trigger, f'{{"deep/" * 20}}service_{{number}}', self.ask)
         self.topics = [
@@ -193,11 +199,20 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
         watch.check()
 
+        service = inspector.get_by_role("combobox", name="Service", exact=True)
+        service.select_option(f"/{LONG} std_srvs/srv/Trigger")
+        expect(service).to_have_attribute("title", f"/{LONG}")
+        inspector.get_by_role("button", name="Call", exact=True).click()
+        expect(inspector.get_by_role("heading", name="Timeline")).to_contain_text(LONG)
+        expect(inspector.get_by_role("region", name="Timeline")).to_contain_text("</script><script>")
+        assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+
         inspector.get_by_label("What to do").select_option("Set a parameter")
         inspector.get_by_role("combobox", name="Node", exact=True).select_option("/hostile ")
         inspector.get_by_role("combobox", name="Parameter", exact=True).select_option(index=0)
         expect(inspector).to_contain_text(f"described {END}")
         assert not obeyed(inspector.inner_text())
+        assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
         watch.check()
 
         graph = show_panel(page, "Graph")
@@ -293,3 +308,69 @@ def test_a_hostile_notebook_does_nothing_in_formgrader(page, tmp_path):
         assert not (link.get_attribute("href") or "").strip().lower().startswith("javascript:")
     assert not [seen for seen in watch.seen if "evil.example" in seen or "dialog" in seen or "popup" in seen]
     assert not any(frame.evaluate("() => window.owned") for frame in page.frames)
+
+
+NAMED_BY_MARKUP = f"""<img src=x onerror={RUN}>'";alert(2);" o'Hara"""  # a student's folder has this name
+
+
+def course_of_one(course: Path) -> str:
+    """A course whose one student has hostile names, a graded notebook and comments; the number of that notebook."""
+    for folder in ("source/services", *(f"{each}/{NAMED_BY_MARKUP}/services" for each in ("submitted", "autograded"))):
+        (course / folder).mkdir(parents=True)
+        cell = nbformat.v4.new_markdown_cell(
+            END, metadata={"nbgrader": {"grade_id": "why", "points": 3, "grade": True}}
+        )
+        cell.metadata["nbgrader"] |= {"solution": True, "task": False, "locked": False, "schema_version": 3}
+        nbformat.write(nbformat.v4.new_notebook(cells=[cell]), course / folder / "services.ipynb")
+    root = f"c = get_config()\nc.CourseDirectory.root = {str(course)!r}\nc.CourseDirectory.course_id = 'ros2'\n"
+    (course / "nbgrader_config.py").write_text(root)
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}", "ros2") as book:
+        book.add_student(NAMED_BY_MARKUP, first_name=EVIL, last_name=EVIL, email=EVIL)
+        book.add_assignment("services")
+        book.add_notebook("services", "services")
+        book.add_grade_cell("why", "services", "services", max_score=3, cell_type="markdown")
+        book.add_solution_cell("why", "services", "services")
+        submission = book.add_submission("services", NAMED_BY_MARKUP).notebooks[0]
+        submission.grades[0].needs_manual_grade = True
+        submission.comments[0].auto_comment = submission.comments[0].manual_comment = EVIL + END
+        book.db.commit()
+        return submission.id
+
+
+def test_formgrader_shows_hostile_names_and_addresses_as_text(lab, page):
+    """Its lists, its dialogs, the page for marks by hand, and a link that somebody has made for an instructor."""
+    address, token, folder = lab
+    number = course_of_one(folder / "course")
+    watch = Watch(page)
+    page.route(
+        "https://cdnjs.cloudflare.com/**", lambda route: route.abort()
+    )  # the page for marks by hand loads MathJax
+    where = f"{address}/formgrader"
+    page.goto(f"{where}?token={token}&path={urllib.parse.quote(os.fspath(folder / 'course'))}")
+    try:
+        body = page.locator("body")
+        for path in ("manage_students", "manage_submissions/services"):
+            page.goto(f"{where}/{path}")
+            expect(page.locator("#main-table")).to_contain_text("<svg onload=")
+            expect(page.locator("#main-table")).to_contain_text(NAMED_BY_MARKUP)
+        page.route("**/autograde", lambda route: route.abort())
+        page.locator(".autograde a").click()
+        expect(page.locator(".modal-body")).to_contain_text(f"for student '{NAMED_BY_MARKUP}'")
+        for path in ("", "/services"):
+            page.goto(f"{where}/manage_students/{urllib.parse.quote(NAMED_BY_MARKUP)}{path}")
+            expect(page.locator(".breadcrumb")).to_contain_text(NAMED_BY_MARKUP)
+            expect(page.locator("#main-table")).to_contain_text("services")  # asked for by the student's name
+        page.goto(f"{where}/gradebook/services/services")
+        page.get_by_role("button", name="Show All Names").click()
+        expect(page.locator("a.name-shown")).to_contain_text("<svg onload=")
+        page.goto(f"{where}/submissions/{number}/")
+        expect(body).to_contain_text(END)
+        expect(body).to_contain_text("<svg onload=")
+        expect(page.locator("#why-comment")).to_have_value(EVIL + END)
+        for path in ("manage_students/{}", "manage_submissions/{}", "gradebook/{}", "gradebook/services/{}"):
+            page.goto(f"{where}/{path}".format(urllib.parse.quote(f"</script><script>{RUN}<", safe="")))
+            expect(page.locator(".breadcrumb")).to_contain_text(f"<script>{RUN}<")
+            assert not page.evaluate("() => window.owned")
+    finally:
+        page.goto(where)  # with the course of JupyterLab's own folder, as before
+    assert not [seen for seen in watch.seen if "evil.example" in seen or "dialog" in seen or "popup" in seen]

@@ -13,6 +13,8 @@ from course.lab.server.handing_in import HandingIn
 from course.lab.server.prompts import Prompts
 from course.lab.server.relay import Relay
 
+FORMGRADER = "nbgrader.server_extensions.formgrader"  # loaded after this extension: by name
+
 
 def _jupyter_server_extension_points() -> list[dict[str, str]]:
     return [{"module": "course.lab.server"}]
@@ -22,6 +24,10 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
     if os.environ.get("COURSE_ARRANGE"):  # set by environment/start
         server.web_app.settings.setdefault("page_config_data", {})["rosCourseArrange"] = "true"
     front.begin()
+    if server.jpserver_extensions.get(FORMGRADER):
+        from course.lab.server import formgrader  # takes a second to load
+
+        formgrader.show_names_as_text()
     Prompts(server)
     base = server.web_app.settings["base_url"]
     handlers = [

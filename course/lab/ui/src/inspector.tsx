@@ -208,6 +208,7 @@ function Inspector({ current, memory }: { current: Current; memory: Memory }): J
                 ref={select}
                 className={away ? 'ros-mod-away' : ''}
                 value={what}
+                title={name}
                 onChange={event => pick(kind, event.target.value)}
               >
                 {away && (
@@ -432,7 +433,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         {kind === 'parameter' && one && (
           <label>
             Parameter
-            <select value={one.name} onChange={event => show(event.target.value)}>
+            <select value={one.name} title={one.name} onChange={event => show(event.target.value)}>
               {settable.map(field => (
                 <option key={field.name} value={field.name}>
                   {field.name}

@@ -25,8 +25,17 @@
 }
 
 .ros-type,
-.ros-Form-field label {
+.ros-Form :is(h3, p, legend),
+.ros-Form-field label,
+.ros-Repeated > span {
+  min-width: 0;
   overflow-wrap: anywhere;
+}
+
+.ros-Form select {
+  max-width: 100%;
+  min-width: 0;
+  text-overflow: ellipsis;
 }
 
 .ros-Form-value {
