@@ -24,6 +24,8 @@ from course.lab.kernel.robot_listener import TOLD, RobotListener
 from course.session import logs
 from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
 from course.session.node_process import NodeProcess
+from tests import chosen
+from tests.attacks import test_middleware
 from tests.kernels import Kernel
 from tests.lab.client import page_of
 
@@ -89,6 +91,52 @@ while True:
     scan.publish(seen)
     time.sleep(0.1)
 """
+# Its own goals: a panel that listens to all feedback hears theirs too.
+FEEDBACK = """
+from rclpy.action import ActionClient, ActionServer
+from rclpy.executors import MultiThreadedExecutor
+def execute(goal):
+    feedback = Fibonacci.Feedback(partial_sequence=array.array('i', [1]) * SIZE)
+    print('floods', flush=True)
+    while True:
+        goal.publish_feedback(feedback)
+        time.sleep(PAUSE)
+other = rclpy.create_node('other')
+server, client = ActionServer(other, Fibonacci, '/stranger', execute), ActionClient(node, Fibonacci, '/stranger')
+client.wait_for_server()
+client.send_goal_async(Fibonacci.Goal(order=3))
+executor = MultiThreadedExecutor()
+executor.add_node(other)
+executor.spin()
+"""
+EVENTS = """
+events = publisher(ParameterEvent, '/parameter_events')
+event = ParameterEvent(node='/stranger', changed_parameters=[
+    Parameter(name='p', value=ParameterValue(type=4, string_value='y'))])
+event = serialize_message(event)
+print('floods', flush=True)
+while True:
+    for _ in range(200):
+        events.publish(event)
+    time.sleep(0.002)
+"""
+
+
+def rtps(name: str) -> str:
+    """A stranger that speaks RTPS itself, as `tests/attacks/test_middleware.py` does to a judge; it goes on."""
+    attack, how = test_middleware.ATTACKS[name]
+    begin = "rclpy.init()\nnode = rclpy.create_node('attacker')\nprint('floods', flush=True)"
+    return f"{attack}\n{begin}\nwhile True:\n    attack(node, {how})\n"
+
+
+FLOODS = {
+    "small feedback": FEEDBACK.replace("SIZE", "5").replace("PAUSE", "0.0001"),
+    "huge feedback": FEEDBACK.replace("SIZE", "20_000_000").replace("PAUSE", "0.3"),
+    "parameter events": EVENTS,
+    "writes beyond a sample": rtps("writes beyond a sample"),
+}
+# In each run: one flood of valid messages, and the crafted ones that bring down judges.
+NIGHTLY = set(FLOODS) - {"small feedback", "writes beyond a sample"}
 
 
 def memory(kernel: Kernel) -> int:
@@ -101,13 +149,15 @@ def stranger(kernel: Kernel, text: str):
     """A program in the kernel's ROS domain that its session has not started."""
     domain = int(kernel.run("print(ros.domain_id)").splitlines()[0])
     program = subprocess.Popen(
-        [sys.executable, "-c", STRANGER + text], env=os.environ | environment.session_variables(domain)
+        [sys.executable, "-c", text if "rclpy.init()" in text else STRANGER + text],
+        env=os.environ | environment.session_variables(domain),
+        stdout=subprocess.PIPE,
     )
     try:
         yield program
     finally:
         program.kill()
-        program.wait()
+        program.communicate()
 
 
 def test_a_flood_of_lines_is_cut_and_its_node_is_named(kernel):
@@ -169,6 +219,31 @@ def test_scans_and_events_of_any_size_are_told(kernel):
     assert scan["beams"] == 240_000
     assert len(scan["ranges"]) <= 1000
     assert memory(kernel) < before + 250
+    page.close()
+
+
+@pytest.mark.parametrize("name", chosen.cases(FLOODS, NIGHTLY))
+def test_a_kernel_and_its_panels_outlive_it(kernel, name):
+    """The panels are answered, cells run, and what runs later is shown."""
+    page = page_of(kernel)
+    for topic in ("nodes", "graph", "log", "inspector.exchanges", "robot.knobs"):
+        page.subscribe(topic)
+    kernel.run("from rclpy.node import Node\nclass Friend(Node): pass")
+    before = memory(kernel)
+    with stranger(kernel, FLOODS[name]) as program:
+        assert program.stdout.readline() == b"floods\n"
+        for number in range(5):
+            kernel.run(f"ros.start(Friend, 'friend{number}')")
+            told = set()
+            while told != {"nodes", "graph"}:
+                event = page.event()
+                assert "error" not in event
+                if f"/friend{number}" in str(event["data"]):
+                    told.add(event["topic"])
+            assert kernel.run("print(6 * 7)") == "42"
+        assert program.poll() is None
+    assert memory(kernel) < before + 1000
+    kernel.run("ros.stop()")
     page.close()
 
 
