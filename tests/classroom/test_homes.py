@@ -100,6 +100,49 @@ def home(able, tmp_path):
     return folder
 
 
+# A folder in a home and a link to a folder elsewhere change places, until nobody reads what is printed.
+TURN = """
+import ctypes, sys
+libc, (own, away) = ctypes.CDLL(None), map(str.encode, sys.argv[1:])
+while True:
+    for _ in range(1001):
+        libc.renameat2(-100, own, -100, away, 2)
+    print("turned", flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda home, uid: homes.give(home, uid, uid), lambda home, uid: homes.hand_on(home, lambda _: uid, lambda _: uid)],
+    ids=["give", "hand_on"],
+)
+def test_paths_that_turn_while_a_home_is_given_lead_root_nowhere(home, tmp_path, change):
+    """What lies elsewhere keeps its owner, also if it belongs to whom the home belongs."""
+    elsewhere, own, away = tmp_path / "elsewhere", home / "own", home / "away"
+    for folder in (elsewhere, own):
+        folder.mkdir()
+        for number in range(30):
+            (folder / f"{number}.py").touch()
+        for path in (folder, *folder.iterdir()):
+            os.chown(path, OWNER, OWNER)
+    away.symlink_to(elsewhere)
+    os.lchown(away, OWNER, OWNER)
+    before = state(elsewhere)
+    with subprocess.Popen([sys.executable, "-c", TURN, own, away], stdout=subprocess.PIPE, text=True) as turning:
+        try:
+            for _ in range(10):
+                assert turning.stdout.readline() == "turned\n"
+                for uid in (OWNER, LATER) * 10:
+                    change(home, uid)
+                assert state(elsewhere) == before
+        finally:
+            turning.kill()
+    change(home, OWNER)
+    change(home, LATER)
+    assert {path.lstat().st_uid for path in [home, *home.rglob("*")]} == {LATER}
+    assert state(elsewhere) == before
+
+
 def test_who_acts_in_a_home_has_no_rights_but_its_owners(home):
     look = "CapEff|CapPrm|CapInh|CapAmb|NoNewPrivs|Groups"
 
