@@ -137,6 +137,38 @@ def test_install_says_how_much_it_needs_and_stops_where_the_disk_is_too_full(tmp
     )
 
 
+BUILDS = {"g++", "make"}  # interface packages, and programs in C++: all profiles have them
+SANDBOX = {"bubblewrap", "iproute2", "util-linux", "mount"}  # for grading and for a class
+BROUGHT = {
+    "student": BUILDS,
+    "instructor": BUILDS | SANDBOX,
+    "classroom": BUILDS | SANDBOX,
+    "developer": BUILDS | SANDBOX | {"chromium-headless-shell"},
+}
+
+
+@pytest.mark.parametrize("profile", BROUGHT)
+def test_install_brings_each_tool_that_a_bare_machine_lacks(profile, tmp_path):
+    """On a PATH that has what every Debian has, and no apt-get."""
+    (tmp_path / "environment").mkdir()
+    shutil.copy(ROOT / "environment/install", tmp_path / "environment")
+    bare = tmp_path / "bin"
+    bare.mkdir()
+    for name in ("bash", "cat", "dirname", "find", "id", "ls", "readlink", "sed", "sha256sum", "sort", "xargs"):
+        (bare / name).symlink_to(shutil.which(name))
+    done = subprocess.run(
+        [tmp_path / "environment/install", profile],
+        env={"PATH": str(bare), "PYTHON": sys.executable},
+        capture_output=True,
+        text=True,
+        timeout=120,
+        stdin=subprocess.DEVNULL,
+    )
+    said = re.search(r"^Please have an administrator install: (.*)$", done.stderr, re.MULTILINE)
+    assert done.returncode == 1 and said, done.stderr
+    assert {*said[1].split()} - {"python3", "python3-venv", "python3-dev"} == BROUGHT[profile]
+
+
 def test_start_passes_its_arguments_to_jupyter_lab():
     done = run("environment/start", "developer", "--no-browser", "--version")
     assert done.returncode == 0 and re.fullmatch(r"4\.\d+\.\d+.*", done.stdout.strip())
