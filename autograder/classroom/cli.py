@@ -102,7 +102,7 @@ def up(
     ip = ip if ip is not None else ("" if certificate_file else LOOPBACK)
     if host is None:
         host = LOCAL if ip == LOOPBACK and not certificate_file else ""
-    elif certificate_file:
+    elif certificate_file and host:
         certificate.check_covers(certificate_file, host)
     classroom = Classroom(
         folder.resolve(),

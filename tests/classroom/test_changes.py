@@ -54,6 +54,8 @@ def ended(able, tmp_path_factory):
         str(free_port()),
         "--prefix",
         f"g{secrets.token_hex(2)}-",
+        "--host",
+        "",  # a plain address
     ]
     done = run_classroom("up", *arguments, "--passwords", "dummy", "--idle", f"{IDLE}")
     try:
@@ -68,6 +70,12 @@ def come_in(classroom: Classroom, name: str, password: str) -> Visitor:
     visitor.session.verify = classroom.certificate or True
     assert visitor.log_in(password)
     return visitor.start()
+
+
+def passwords(classroom: Classroom) -> dict[str, str]:
+    """Return each member's own password."""
+    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
+        return {line["student"]: line["password"] for line in csv.DictReader(file)}
 
 
 def programs(uid: int) -> dict[int, str]:
@@ -141,9 +149,9 @@ def make_certificate(certificate: Path, key: Path, days: int = 2, names: str = "
 @pytest.mark.matrix  # starts its class again; the tests below hold certificates, names and cookies
 def test_with_a_certificate_everything_is_encrypted(ended, certificate):
     _, arguments, common = ended
-    (path, key), local = certificate, ["--ip", "127.0.0.1"]
+    path, key = certificate
     again = run_classroom(
-        "up", *arguments, *local, "--passwords", "dummy", "--certificate", str(path), "--key", str(key)
+        "up", *arguments, "--ip", "127.0.0.1", "--passwords", "dummy", "--certificate", str(path), "--key", str(key)
     )
     assert again.returncode == 0, again.stderr
     assert "Without a certificate" not in again.stdout and "The certificate ends on " in again.stdout
@@ -156,32 +164,6 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
         requests.get(classroom.url, timeout=WAIT)
     with pytest.raises(requests.ConnectionError):
         requests.get(classroom.url.replace("https", "http"), timeout=WAIT)
-
-
-@pytest.mark.matrix  # starts its class again; tests/classroom/test_addresses.py has the attack where there are names
-@pytest.mark.long("starts a class of its own twice")
-def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
-    """With the certificate of the test before, on a plain address."""
-    classroom = Classroom.load(ended[0].folder)
-    assert (
-        classroom.staff_address
-        and classroom.address_of(classroom.find("teacher")) == f"http://{classroom.staff_address}/"
-    )
-    students, instructors = (hub.shared_passwords(classroom)[who] for who in ("students", "instructors"))
-    there = Visitor(classroom.url, "teacher")
-    there.session.verify = classroom.certificate
-    assert not there.log_in(instructors) and f"You come in at http://{classroom.staff_address}/" in there.answer.text
-    assert not Visitor(f"http://{classroom.staff_address}/", "bob").log_in(students)
-    bob = come_in(classroom, "bob", students)
-    teacher = come_in(classroom, "teacher", instructors)
-    assert teacher.call("GET", "api/status").ok
-    assert "theirs" not in teacher.session.get(f"{teacher.hub}user/bob/api/status").text
-    assert not teacher.session.get(f"{teacher.hub}user/bob/api/status").ok, "bob's server is behind the same address"
-    theirs, same = theft.steal(chromium, classroom, bob, instructors)
-    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
-    assert theft.loot(theirs) == []
-    said = run_classroom("status", *ended[2]).stdout
-    assert f"instructors come in at http://{classroom.staff_address}/ alone" in said
 
 
 def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
@@ -254,10 +236,10 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     shutil.rmtree(many)
     assert again.returncode == 0, again.stderr
     assert "laid into the home folders: " in again.stderr and "outbound: more than 2000 files" in again.stderr
+    assert f"instructors come in at http://{classroom.staff_address}/ alone" in again.stdout
     assert "Ended the server of bob" in again.stdout and not servers.started(classroom)
     assert {*members.read(classroom.grading).values()} == {"ada", "teacher"}  # from whom hand-ins are collected
-    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
-        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    own = passwords(classroom)
     assert own.keys() == {"ada", "teacher"}
     assert not Visitor(classroom.url, "bob").log_in(known["students"])
     assert not Visitor(classroom.url, "ada").log_in(own["teacher"])
@@ -266,11 +248,30 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
         assert come_in(classroom, name, password).kernel().run(sleeper).error == ""
 
 
+@pytest.mark.long("a student and an instructor come in, and the instructor opens pages of theft in a browser")
+def test_without_names_instructors_have_an_address_that_no_students_server_shares(ended, chromium):
+    """The class is on a plain address."""
+    classroom, _, common = ended
+    own = passwords(classroom)
+    staff = f"http://{classroom.staff_address}/"
+    assert classroom.staff_address and classroom.address_of(classroom.find("teacher")) == staff
+    there = Visitor(classroom.url, "teacher")
+    assert not there.log_in(own["teacher"]) and f"You come in at {staff}" in there.answer.text
+    assert not Visitor(staff, "ada").log_in(own["ada"])
+    ada = come_in(classroom, "ada", own["ada"])
+    teacher = come_in(classroom, "teacher", own["teacher"])
+    assert teacher.call("GET", "api/status").ok
+    assert not teacher.session.get(f"{teacher.hub}user/ada/api/status").ok, "ada's server is behind the same address"
+    theirs, same = theft.steal(chromium, classroom, ada, own["teacher"])
+    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
+    assert theft.loot(theirs) == []
+    assert f"instructors come in at {staff} alone" in run_classroom("status", *common).stdout
+
+
 def test_a_new_password_ends_what_was_logged_in_before(ended):
     """Somebody else may know the former one."""
     classroom, _, _ = ended
-    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
-        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    own = passwords(classroom)
     before = come_in(classroom, "ada", own["ada"])
     assert before.call("GET", "api/status").ok and "ada" in servers.started(classroom)
     done = run_classroom("password", "ada", "--folder", str(classroom.folder))
@@ -278,8 +279,7 @@ def test_a_new_password_ends_what_was_logged_in_before(ended):
     assert "ada" not in servers.started(classroom)
     assert before.session.get(f"{classroom.url}hub/home").url.partition("?")[0].endswith("/hub/login")
     assert not Visitor(classroom.url, "ada").log_in(own["ada"])
-    with open(classroom.state / accounts.PASSWORDS, newline="") as file:
-        own = {line["student"]: line["password"] for line in csv.DictReader(file)}
+    own = passwords(classroom)
     after = come_in(classroom, "ada", own["ada"])
     assert after.call("GET", "api/status").ok
     assert before.session.get(f"{classroom.url}hub/home").url.partition("?")[0].endswith("/hub/login")
