@@ -27,6 +27,7 @@ SEED = 20
 FILES = (SRV, SERVER, CLIENT)
 HOSTILE_HTML = "<script>alert(1)</script><img src=x onerror=alert(2)><b onclick='alert(3)'>bold</b>"
 WRONG = server(("request.a + request.b", "request.a - request.b"))
+ENDS = {CLIENT: b"def main(:\n"}  # at once, and so it is judged quickly
 
 
 @pytest.fixture(scope="module")
@@ -115,8 +116,8 @@ def hand_in(course: Path, student: str, files: dict[str, bytes], text: str | Non
 @pytest.fixture(scope="module")
 def graded(course, blank, confinement) -> tuple[Path, dict, dict]:
     """A class graded by nbgrader, with its answer, and at the same time by `autograder grade`, with its results."""
-    hand_in(course, "hostile", REFERENCE | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
-    hand_in(course, "no_json", WRONG, "{" * 10_000)
+    hand_in(course, "hostile", REFERENCE | ENDS | {"page.html": b"<script>"}, json.dumps(hostile(blank)))
+    hand_in(course, "no_json", WRONG | ENDS, "{" * 10_000)
     hand_in(course, "no_client", {SRV: REFERENCE[SRV], SERVER: REFERENCE[SERVER]}, json.dumps({"cells": []}))
     hand_in(course, "only_notebook", {}, json.dumps(completed(blank, REFERENCE)))
     secret = course / "secret.txt"
@@ -156,8 +157,8 @@ def test_formgraders_button_grades_with_this_grader(graded):
     course, answer, _ = graded
     assert answer["success"], answer
     assert scores(course / "gradebook.db") == {
-        "hostile": {"calculate-srv": 2, "calculator-server": 12, "calculator-client": 6},
-        "no_json": {"calculate-srv": 2, "calculator-server": 11, "calculator-client": 6},
+        "hostile": {"calculate-srv": 2, "calculator-server": 12, "calculator-client": 0},
+        "no_json": {"calculate-srv": 2, "calculator-server": 11, "calculator-client": 0},
         "no_client": {"calculate-srv": 0, "calculator-server": 0, "calculator-client": 0},
         "only_notebook": {"calculate-srv": 2, "calculator-server": 12, "calculator-client": 6},
     }
@@ -241,7 +242,7 @@ def feedback(graded) -> Path:
 
 def test_nbgraders_feedback_is_the_students_page(graded, feedback):
     page = (feedback / "no_json" / "calculator" / "calculator.html").read_text()
-    assert all(title in page for title in ("The server adds", "19 of 20", "4 of 5", "Good &lt;b&gt;point&lt;/b&gt;."))
+    assert all(title in page for title in ("The server adds", "13 of 20", "4 of 5", "Good &lt;b&gt;point&lt;/b&gt;."))
     assert "Missing: calculator_client.py" in (feedback / "no_client" / "calculator" / "calculator.html").read_text()
 
 

@@ -57,10 +57,16 @@ def run(pool, out, assignment=None, students=(), everything=False, apply=False) 
     return graded, moves
 
 
+def hand_in(submitted: Path, student: str) -> None:
+    """Lay down the right motors, and a relay that ends at once, which is judged quickly: 10 of 20 points."""
+    shutil.copytree(SOLUTIONS / "services", submitted / student / "services", dirs_exist_ok=True)
+    (submitted / student / "services" / "relay.py").write_text("def main(:\n")
+
+
 def test_who_moves_is_told_first_and_written_when_asked(pool, suite, tmp_path):
     submitted, out = tmp_path / "submitted", tmp_path / "out"
     for student in ("ada", "bob"):
-        shutil.copytree(SOLUTIONS / "services", submitted / student / "services")
+        hand_in(submitted, student)
     program = submitted / "bob" / "services" / "motor_service.py"
     program.write_text(program.read_text().replace("self.enabled = request.data", "self.enabled = True"))
     with output.Output(out, resume=False) as results, Scores(f"sqlite:///{out / 'gradebook.db'}") as scores:
@@ -85,18 +91,18 @@ def test_who_moves_is_told_first_and_written_when_asked(pool, suite, tmp_path):
     by_student = {move.old.student: move for move in moves}
     assert by_student["bob"].why == [f"removed: {test.title}: failed, 0"]
     assert by_student["ada"].why == [f"removed: {test.title}: passed, {test.points:g}"]
-    assert by_student["ada"].new.score == 20 - test.points and by_student["ada"].new.seed == 7
+    assert by_student["ada"].new.score == 10 - test.points and by_student["ada"].new.seed == 7
 
     graded, _ = run(pool, out, apply=True)
     assert graded == 0, "what was shown is what is written"
-    assert {key[0]: report.score for key, report in read(out).items()} == {"ada": 20 - test.points, "bob": bob}
+    assert {key[0]: report.score for key, report in read(out).items()} == {"ada": 10 - test.points, "bob": bob}
     assert set((out / "history.jsonl").read_bytes().splitlines()) == set(before.splitlines()), (
         "the old results are readable"
     )
     assert len((out / "results.jsonl").read_text().splitlines()) == 2
     with Gradebook(f"sqlite:///{out / 'gradebook.db'}") as book:
         assert {s.student_id: s.score for s in book.assignment_submissions("services")} == {
-            "ada": 20 - test.points,
+            "ada": 10 - test.points,
             "bob": bob,
         }
     assert run(pool, out) == (0, [])
@@ -122,10 +128,10 @@ def nothing_handed_in(pool, folder: Path) -> tuple[Path, Path]:
 
 def test_files_handed_in_since_are_named(pool, suite, tmp_path):
     submitted, out = nothing_handed_in(pool, tmp_path)
-    shutil.copytree(SOLUTIONS / "services", submitted / "ada" / "services", dirs_exist_ok=True)
+    hand_in(submitted, "ada")
     assert run(pool, out, students=["ada"])[0] == 1, "what was handed in since is graded again without being asked for"
     _, (move,) = run(pool, out, everything=True)
-    assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 20)
+    assert (move.old.status, move.new.status, move.new.score) == ("invalid_submission", "graded", 10)
     assert move.why[0] == "other files were handed in since" and move.moved
     assert (move.old.seed, move.new.seed == 7) == (7, False), "what the last grading asked is not asked again"
     with pytest.raises(UsageError, match="no result of student 'bob'"):

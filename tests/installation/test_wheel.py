@@ -35,11 +35,12 @@ def test_it_grades_a_course_folder(installed, tmp_path):
     """As a batch: workers of Dask, page templates, the gradebook and the course's own configuration are all found."""
     (tmp_path / "nbgrader_config.py").write_text(COURSE_FILE)
     shutil.copytree(ROOT / "solutions" / "services", tmp_path / "submitted" / "ada" / "services")
+    (tmp_path / "submitted/ada/services/relay.py").write_text("def main(:\n")  # it ends at once
     done = installed.run("autograder", "grade", tmp_path / "submitted", "--output", tmp_path / "out", "--jobs", 1)
     assert (done.returncode, done.stderr) == (0, "")
     report = json.loads((tmp_path / "out" / "results.jsonl").read_text())
-    assert (report["status"], report["score"], report["flags"]) == ("graded", 20, [])
-    assert "20 of 20" in (tmp_path / "out" / "feedback" / "ada" / "services.html").read_text()
+    assert (report["status"], report["score"], report["flags"]) == ("graded", 10, [])
+    assert "10 of 20" in (tmp_path / "out" / "feedback" / "ada" / "services.html").read_text()
     assert (tmp_path / "gradebook.db").exists()
 
 

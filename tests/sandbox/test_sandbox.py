@@ -18,7 +18,7 @@ from autograder.sandbox.sandbox import CONFINEMENTS
 from autograder.sandbox.variables import ros_prefixes
 from course.foundation.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
-from tests.hidden.answers.calculator import REFERENCE, SERVER
+from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER
 from tests.processes import processes, programs_left
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
@@ -183,16 +183,10 @@ def hand_in(folder: Path) -> Path:
 
 
 def test_unsafe_is_flagged(tmp_path):
+    folder = hand_in(tmp_path / "calculator")
+    (folder / CLIENT).write_text("def main(:\n")  # it ends at once, and so it is judged quickly
     done = subprocess.run(
-        [
-            AUTOGRADER,
-            "check",
-            str(hand_in(tmp_path / "calculator")),
-            "--assignment",
-            "calculator",
-            "--unsafe",
-            "--json",
-        ],
+        [AUTOGRADER, "check", str(folder), "--assignment", "calculator", "--unsafe", "--json"],
         capture_output=True,
         text=True,
         timeout=60,
