@@ -235,7 +235,7 @@ def test_each_check_passes_again_in_the_same_kernel(empty, exercise, capfd):
 @pytest.mark.parametrize(
     ("exercise", "file", "right", "wrong"),
     [("ai_integration", "wall_follower.py", "'cmd_vel'", "'cmd_val'"),
-     ("parameters", "pid_node.py", "'effort'", "'efort'"),
+     each_night("parameters", "pid_node.py", "'effort'", "'efort'"),
      ("actions", "lift_server.py", "Result(stops=stops", "Result(stops=[9]")],
 )  # fmt: skip
 def test_a_check_that_fails_leaves_no_more_than_one_end_of_a_topic(empty, exercise, file, right, wrong):
@@ -367,16 +367,19 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
          "15.5 add 3.2 was answered with success=False, result=18.7 and no message"),
         ("calculator-client", CLIENT, SPIN, "        rclpy.logging\n",
          "sends the request, but nothing in the file spins the node"),
-        ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = float(int(a)), float(int(b))",
-         "15 3 add it takes: a number may have a fraction."),
+        each_night("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = float(int(a)), float(int(b))",
+                   "15 3 add it takes: a number may have a fraction."),
         ("calculator-client", CLIENT, "a, b = float(a), float(b)", "a, b = int(a), int(b)",
          "15 3 add ends with an exception. A number may have a fraction: what takes it is float, not int."),
-        ("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
-         "It takes them after one more word"),
-        ("calculator-client", CLIENT, "_, a, b, operation", "a, b, operation",
-         "    a, b, operation = remove_ros_args(args)\nThe first of these words is the program's name, and nothing in"),
-        ("calculator-client", CLIENT, "sys.exit(main())", "main()",
-         "must end with an exit status other than 0\n  calculator_client.py, line 55\n    main()\nThis drops what "),
+        # tests/notebook/test_command_line.py has these three.
+        each_night("calculator-client", CLIENT, "remove_ros_args(args)", "remove_ros_args(sys.argv[1:])",
+                   "It takes them after one more word"),
+        each_night("calculator-client", CLIENT, "_, a, b, operation", "a, b, operation",
+                   "    a, b, operation = remove_ros_args(args)\n"
+                   "The first of these words is the program's name, and nothing in"),
+        each_night("calculator-client", CLIENT, "sys.exit(main())", "main()",
+                   "must end with an exit status other than 0\n"
+                   "  calculator_client.py, line 55\n    main()\nThis drops what "),
     ],
 )  # fmt: skip
 def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, new, says):
@@ -446,8 +449,8 @@ def taken_over(gain: str) -> tuple[tuple[str, str], ...]:
     ("changes", "says"),
     [
         (taken_over("ki"), "'output_min': 10.0} was refused, but then an error of 2 gave "),
-        (taken_over("kd"), ", which is what kd = 9 gives, of a set that was refused"),
-        (
+        each_night(taken_over("kd"), ", which is what kd = 9 gives, of a set that was refused"),
+        each_night(
             (
                 (
                     "self.ki, self.integral = param.value, 0.0",
@@ -495,7 +498,8 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
     ("old", "new", "says"),
     [
         ("(error - self.last_error)", "(self.last_error - error)", "an error that goes from 2 to 3 must give"),
-        ("(error - self.last_error)", "2 * (error - self.last_error)", "with kd = 2 alone, an error that goes from"),
+        each_night("(error - self.last_error)", "2 * (error - self.last_error)",
+                   "with kd = 2 alone, an error that goes from"),
         ("'kd', 0.0, 10.0", "'kd', 0.0, 100.0",
          "the descriptor of kd must have a range from 0 to 10, without a step; it has from 0 to 100, step 0"),
         ("'elbow', ParameterDescriptor(read_only=True)", "'elbow', ParameterDescriptor()",
@@ -503,7 +507,7 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
         (STEP, f"1000 * ({STEP})", "with ki = 5, an error of 1 for"),
         pytest.param("error * step", "error", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
         pytest.param(STEP, f"1e9 * ({STEP})", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
-        (KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
+        each_night(KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
     ],
 )  # fmt: skip
 def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, new, says):
@@ -521,7 +525,8 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
                      marks=pytest.mark.matrix),
         ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
          "it is told (0.0, 0.5): that is for something nearer than 0.5 m in front"),
-        ("linear.x", "linear.y", "it is told (0.0, -0.0): its linear.y=0.3 does nothing, the speeds are linear.x and"),
+        each_night("linear.x", "linear.y",
+                   "it is told (0.0, -0.0): its linear.y=0.3 does nothing, the speeds are linear.x and"),
         pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",
                      "it is told (0.0, 0.0): that is the command without a scan that may be used",
                      marks=pytest.mark.matrix),
@@ -581,9 +586,10 @@ def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(em
          "it decides 0.2, np.float32(-0.4): the speeds must be floats"),
         ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",
          "output_max is the integer 10: a default with a point, such as 1.0, makes a double"),
-        ("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
-        ("actions", "lift-server", "lift_server.py", "self.newest = goal_handle", "self.new_est = goal_handle",
-         "the feedback (floor, stops_left) was [], and the goal ended as aborted"),
+        each_night("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
+        each_night("actions", "lift-server", "lift_server.py",
+                   "self.newest = goal_handle", "self.new_est = goal_handle",
+                   "the feedback (floor, stops_left) was [], and the goal ended as aborted"),
         pytest.param("actions", "lift-server", "lift_server.py", "        self.blocked = request.data\n",
                      "        with self.cabin:\n            self.blocked = request.data\n",
                      ", in block\n    with self.cabin:", marks=pytest.mark.matrix),
@@ -675,6 +681,7 @@ STARTS_LATER = """
 
 
 # A line of a reference, another one in its place, and what a public check says of it: each breaks a sentence of a task.
+# Each run has one for each way in which a check asks, records or waits; the others belong to the night.
 SENTENCES = [
     (
         "actions",
@@ -822,7 +829,7 @@ SENTENCES = [
     ),
     ("ai_integration", "wall-agent", "wall_agent.py", "front < 0.5", "front <= 0.5", "0.5 m is not nearer than 0.5 m"),
     ("ai_integration", "wall-agent", "wall_agent.py", "right > 1.2", "right >= 1.2", "1.2 m is not farther than 1.2 m"),
-    (
+    each_night(
         "ai_integration",
         "wall-agent",
         "wall_agent.py",
@@ -830,7 +837,7 @@ SENTENCES = [
         ENDLESS,
         "wall_agent.py had not answered {'front': inf, 'right': inf} after ",
     ),
-    (
+    each_night(
         "ai_integration",
         "wall-follower",
         "wall_agent.py",
@@ -846,7 +853,7 @@ SENTENCES = [
         "seconds=1.5",
         "a scan may be used until it is 0.5 s old, and it drove on for 1.",
     ),
-    (
+    each_night(
         "parameters",
         "pid-node",
         "pid_node.py",
@@ -918,7 +925,7 @@ SENTENCES = [
         "node.call(a, b, operatoin)\n    except Exception:\n        response = None\n",
         "\n    except Exception:\nThis catches every exception, also that of a misspelt name",
     ),
-    (
+    each_night(
         "calculator",
         "calculator-client",
         "calculator_client.py",
@@ -934,7 +941,7 @@ SENTENCES = [
         "        return 0\n    print(f'{a}",
         "the refused division must end with an exit status other than 0\ndivide failed: Division by zero",
     ),
-    (
+    each_night(
         "calculator",
         "calculator-client",
         "calculator_client.py",
@@ -942,7 +949,7 @@ SENTENCES = [
         "        future.result()\n",
         "\n/calculator got the request of 15.5 3.2 add, and answered. ",
     ),
-    (
+    each_night(
         "actions",
         "lift-server",
         "lift_server.py",
@@ -975,7 +982,7 @@ SENTENCES = [
         ),
         "the emergency stop ended without a request",
     ),
-    (
+    each_night(
         "services",
         "relay",
         "relay.py",
@@ -1048,7 +1055,7 @@ SENTENCES = [
         "        done.add_done_callback(lambda future: setattr(response, 'success', True))\n",
         "A field that nobody sets before the callback has ended stays as it is",
     ),
-    (
+    each_night(
         "services",
         "relay",
         "relay.py",
@@ -1088,7 +1095,7 @@ SENTENCES = [
         "if not limits['output_min'] < limits['output_max'] + ([each.name for each in params] == ['output_max']):",
         "an output_max of 11 must be refused: the output_min that is stored is 11",
     ),
-    (
+    each_night(
         "parameters",
         "pid-node",
         "pid_node.py",
@@ -1116,7 +1123,7 @@ SENTENCES = [
         "time.sleep(0.25)",
         "started with a step_period of 0.5, its first step was reported after 0.2",
     ),
-    (
+    each_night(
         "actions",
         "lift-server",
         "lift_server.py",
@@ -1140,7 +1147,7 @@ SENTENCES = [
         "{'linear': 0.3, 'angular': 1.5 * (0.6 - self.distances['right'])}",
         "wall_follower.py must ask its agent: nothing in it calls `decide_action`",
     ),
-    (
+    each_night(
         "services",
         "relay",
         "relay.py",
@@ -1510,7 +1517,7 @@ AWAITS_IN_THE_DEFAULT_GROUP = (
     ("changes", "says"),
     [
         (BLOCKS, "in sum_twice\n    response.sum = self.client.call(request).sum"),
-        (AWAITS_IN_THE_DEFAULT_GROUP, "Give the client a group of its own: "),
+        each_night(AWAITS_IN_THE_DEFAULT_GROUP, "Give the client a group of its own: "),
         ((*AWAITS_IN_THE_DEFAULT_GROUP, *BLOCKS[:2]), "\nThe callback group of /sum_twice, "),
     ],
 )
