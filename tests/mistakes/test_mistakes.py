@@ -1,6 +1,7 @@
 """Every mistake of the collection tells its own story, in time; and the page made from it is up to date."""
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -68,11 +69,14 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "actions/file_hides_a_module_of_python": "tests/session/test_failure_report.py",
     "actions/goal_callback_raises": "tests/session/test_doing.py",
     "actions/goal_callback_returns_a_bool_in_the_notebook": "tests/session/test_starts.py",
+    "actions/goal_callback_returns_nothing": "tests/session/test_failure_report.py",
     "actions/goal_callback_returns_true": "tests/session/test_failure_report.py",
+    "actions/goal_ended_by_its_follower": "tests/session/test_hints.py",
     "actions/import_from_another_module": "tests/session/test_failure_report.py",
     "actions/lock_never_released": "tests/notebook/test_public_checks.py",
     "actions/lock_taken_twice": "tests/notebook/test_public_checks.py",
     "actions/loops_while_blocked": "tests/notebook/test_public_checks.py",
+    "actions/main_without_brackets": "tests/notebook/test_command_line.py",
     "actions/period_not_read": "tests/notebook/test_public_checks.py",
     "actions/recorder_misused": "tests/course/test_recorders.py",
     "actions/result_of_a_future_in_a_cell": "tests/session/test_failure_report.py",
@@ -85,6 +89,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "actions/two_goals_move_the_cabin": "tests/notebook/test_public_checks.py",
     "actions/wait_forgotten_in_a_cell": "tests/session/test_failure_report.py",
     "actions/waits_for_a_server_in_a_cell": "tests/session/test_matching.py",
+    "actions/wrong_action_name": "tests/ros2/test_service.py",
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
     "ai_integration/agent_without_brackets": "tests/session/test_failure_report.py",
     "ai_integration/class_handed_over": "tests/session/test_failure_report.py",
@@ -103,6 +108,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "ai_integration/ros_is_something_else": "tests/session/test_failure_report.py",
     "ai_integration/rules_in_another_order": "tests/notebook/test_public_checks.py",
     "ai_integration/scans_without_a_world": "tests/session/test_matching.py",
+    "ai_integration/self_forgotten": "tests/session/test_failure_report.py",
     "ai_integration/time_of_the_first_scan": "tests/notebook/test_public_checks.py",
     "ai_integration/timer_in_a_callback": "tests/session/test_slips.py",
     "ai_integration/timer_in_hertz": "tests/notebook/test_public_checks.py",
@@ -134,6 +140,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "parameters/callback_returns_true_in_a_file": "tests/session/test_source.py",
     "parameters/file_for_another_node": "tests/session/test_parameter_files.py",
     "parameters/float32_on_a_topic": "tests/notebook/test_public_checks.py",
+    "parameters/int_default": "tests/ros2/test_param.py",
     "parameters/int_for_a_double": "tests/notebook/test_public_checks.py",
     "parameters/integral_in_milliseconds": "tests/notebook/test_public_checks.py",
     "parameters/misspelt_in_a_callback": "tests/session/test_slips.py",
@@ -143,13 +150,16 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "parameters/set_in_a_callback": "tests/session/test_failure_report.py",
     "parameters/set_in_vain": "tests/session/test_source.py",
     "parameters/sleeps_for_each_message": "tests/notebook/test_judging.py",
+    "parameters/wrong_node_name": "tests/ros2/test_param.py",
     "services/answer_before_it_is_filled": "tests/notebook/test_public_checks.py",
     "services/another_main": "tests/session/test_source.py",
     "services/another_server_in_a_terminal": "tests/session/test_outsiders.py",
     "services/another_type_on_a_command_line": "tests/ros2/test_service.py",
     "services/asks_itself": "tests/session/test_failure_report.py",
+    "services/await_in_the_default_group": "tests/session/test_failure_report.py",
     "services/best_effort_service": "tests/session/test_matching.py",
     "services/blank_in_exercise": "tests/notebook/test_exercise.py",
+    "services/blocking_call": "tests/session/test_failure_report.py",
     "services/callback_loops": "tests/session/test_doing.py",
     "services/callback_sleeps": "tests/session/test_doing.py",
     "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
@@ -166,6 +176,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/module_for_its_class": "tests/session/test_failure_report.py",
     "services/node_of_the_session_destroyed": "tests/session/test_starts.py",
     "services/shell_line_without_its_mark": "tests/notebook/test_exercise.py",
+    "services/spin_until_in_a_callback": "tests/session/test_failure_report.py",
     "services/stop_that_is_not_on": "tests/notebook/test_public_checks.py",
     "services/text_that_no_line_has": "tests/session/test_session.py",
     "services/two_files_of_one_name": "tests/session/test_outsiders.py",
@@ -174,8 +185,10 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/waits_for_a_service_in_a_callback": "tests/session/test_failure_report.py",
     "services/waits_in_a_loop": "tests/session/test_failure_report.py",
     "services/waits_in_a_loop_of_a_cell": "tests/session/test_cell_loops.py",
+    "services/wrong_name": "tests/session/test_matching.py",
+    "services/wrong_type": "tests/session/test_matching.py",
 }
-LIVE = 2  # mistakes of each exercise that are made in each run although their hint is tested without a kernel
+LIVE = 2  # mistakes of each exercise at least that are made in each run
 
 
 def known_hint(mistake: Mistake) -> tuple[str, str, str, str] | None:
@@ -199,14 +212,6 @@ def name_of(mistake: Mistake) -> str:
 
 
 HINTED = [mistake for mistake in ALL if known_hint(mistake) and name_of(mistake) not in OF_THE_KERNEL]
-
-
-def each_night() -> set[str]:
-    """Return the mistakes that each run leaves to the night: each run tests what they show without a kernel."""
-    by_exercise: dict[str, list[str]] = {}
-    for mistake in HINTED:
-        by_exercise.setdefault(mistake.exercise, []).append(name_of(mistake))
-    return {name for names in by_exercise.values() for name in names[LIVE:]} | {*ELSEWHERE}
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +239,7 @@ def test_a_hint_follows_from_its_error(mistake):
     assert re.fullmatch(".*".join(map(re.escape, wanted.split("..."))), given), given
 
 
-NIGHTLY = each_night()
+NIGHTLY = {*map(name_of, HINTED), *ELSEWHERE}  # each run tests what they show without a kernel
 MADE = [pytest.param(each, marks=[pytest.mark.matrix] * (name_of(each) in NIGHTLY)) for each in ALL]
 
 
@@ -251,6 +256,8 @@ def test_what_is_left_to_the_night_is_tested_elsewhere():
     root = SOLUTIONS.parent
     assert {*ELSEWHERE} <= {name_of(mistake) for mistake in ALL}
     assert [module for module in ELSEWHERE.values() if not (root / module).is_file()] == []
+    made = Counter(mistake.exercise for mistake in ALL if name_of(mistake) not in NIGHTLY)
+    assert {exercise for exercise, count in made.items() if count >= LIVE} == {mistake.exercise for mistake in ALL}
 
 
 def test_there_are_mistakes_of_every_exercise():
