@@ -608,4 +608,5 @@ ALIKE = {
     "numbers that are none": "shows every number there is",
     "a client that answers itself": "the client's file serves in the server's place",
     "arrays without end; YAML, templates and formats": "script in its messages; 60,000 fields",
+    "leaves the dead to whoever has forked it": "siblings that leave nothing behind, in tests/attacks/test_forks.py",
 }

@@ -14,7 +14,7 @@ from .programs import SPY
 
 OTHERS = [name for name in exercises.names() if name != "calculator"]
 FILES = [(name, file) for name in OTHERS for file in exercises.load(name).files]
-IN_EACH_RUN = {("services", "relay.py"), "ai_integration"}
+IN_EACH_RUN = {("services", "relay.py")}  # test_attacks.py has one that looks around in each run
 
 # Says in the grader's own words that every test has passed, to whoever may listen, and ends well.
 FORGER = """
@@ -207,7 +207,7 @@ LITTLE = {
 
 
 # Belong to the matrix: each has a twin in each run, here or among the wrong answers of its exercise.
-ALIKE = {"nodes that come and go", "a name that is no text", "a relay that asks without being called", "drives blindly"}
+ALIKE = {*LITTLE} - {"exit status of no signal"}
 
 
 def polling() -> str:
