@@ -133,45 +133,39 @@ def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
     expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was released")
 
 
-def test_after_a_restart_no_further_check_of_all_is_run(lab, page):
-    """The new kernel knows nothing of what the cells before a check have made."""
-    panel = begin(page, lab, "restarted", checks=("greets", "later"))
+def test_an_interruption_and_a_restart_end_all_checks(lab, page):
+    """Whether the check itself runs, or waits for another cell; and a new kernel knows nothing of the cells before."""
+    panel = begin(page, lab, "ended", checks=("greets", "later"))
     checks = panel.get_by_role("list", name="Checks and questions")
-    run_cell(page, 0, BUSY)
-    panel.get_by_role("button", name="Run all checks").click()
-    expect(checks).to_contain_text("…greets: running")
-    page.get_by_role("button", name="Restart the kernel", exact=True).click()
-    page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
-    expect(checks).not_to_contain_text("running")
-    wait_for_kernel(page)
-    run_cell(page, 0, "print('new')")
-    expect(cell(page, 0)).to_contain_text("new\n")
-    expect(checks).to_contain_text("later: not run")
+
+    def expect_no_further_check(said: str) -> None:
+        """Wait until no check runs, and run a cell behind all that were asked for."""
+        expect(checks).not_to_contain_text("running")
+        wait_for_kernel(page)
+        run_cell(page, 0, f"print('{said}')")
+        expect(cell(page, 0)).to_contain_text(f"{said}\n")
+        expect(checks).to_contain_text("later: not run")
+
+    for number, busy in enumerate((0, FILE + 1, 0)):
+        if busy:
+            write_cell(page, busy, BUSY)
+        else:
+            run_cell(page, busy, BUSY)
+        panel.get_by_role("button", name="Run all checks").click()
+        expect(checks).to_contain_text("…greets: running")
+        expect(cell(page, busy).locator(".jp-InputPrompt")).to_have_text("[*]:")
+        if number < 2:
+            page.get_by_role("button", name="Interrupt the kernel").click()
+            wait_until_run(page)
+        else:
+            page.get_by_role("button", name="Restart the kernel", exact=True).click()
+            page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
+        expect_no_further_check(f"new {number}")
 
 
-@pytest.mark.parametrize("busy", [0, FILE + 1], ids=["cell before", "check"])
-def test_an_interruption_ends_all_checks(lab, page, busy):
-    """Whether the check itself runs, or waits for another cell."""
-    panel = begin(page, lab, f"interrupted-{busy}", checks=("greets", "later"))
-    checks = panel.get_by_role("list", name="Checks and questions")
-    if busy:
-        write_cell(page, 0, "# no session")
-        write_cell(page, busy, BUSY)
-    else:
-        run_cell(page, busy, BUSY)
-    panel.get_by_role("button", name="Run all checks").click()
-    expect(checks).to_contain_text("…greets: running")
-    expect(cell(page, busy).locator(".jp-InputPrompt")).to_have_text("[*]:")
-    page.get_by_role("button", name="Interrupt the kernel").click()
-    expect(checks).not_to_contain_text("running")
-    wait_until_run(page)
-    run_cell(page, 0, "print('new')")
-    expect(cell(page, 0)).to_contain_text("new\n")
-    expect(checks).to_contain_text("later: not run")
-
-
-def test_checks_that_need_the_session_are_not_run_without_it_and_a_failed_one_has_its_whole_message(lab, page):
-    panel = begin(page, lab, "without", checks=("greets",))
+def test_checks_that_need_the_session_are_not_run_without_it_and_each_that_fails_has_its_whole_message(lab, page):
+    """One that fails keeps no other from being run."""
+    panel = begin(page, lab, "without", checks=("greets", "later"))
     checks = panel.get_by_role("list", name="Checks and questions")
     panel.get_by_role("button", name="Run all checks").click()
     expect(panel).to_contain_text("No check was run. There is no live session yet. Run the notebook’s first cell")
@@ -182,15 +176,6 @@ def test_checks_that_need_the_session_are_not_run_without_it_and_a_failed_one_ha
     run_cell(page, 0, "class ros:\n    def call(*_):\n        raise AssertionError('it is late\\nLook at line 3')")
     wait_until_run(page)
     panel.get_by_role("button", name="Run all checks").click()
-    expect(checks).to_contain_text("✗greets: not yet: it is late")
-    expect(checks).to_contain_text("Look at line 3")
-
-
-def test_a_check_that_fails_keeps_no_other_from_being_run(lab, page):
-    panel = begin(page, lab, "failing", checks=("greets", "later"))
-    checks = panel.get_by_role("list", name="Checks and questions")
-    run_cell(page, 0, "class ros:\n    call = lambda *_: __import__('types').SimpleNamespace(message='bye')")
-    wait_until_run(page)
-    panel.get_by_role("button", name="Run all checks").click()
     for name in ("greets", "later"):
-        expect(checks).to_contain_text(f"✗{name}: not yet: it must say hello")
+        expect(checks).to_contain_text(f"✗{name}: not yet: it is late")
+    expect(checks).to_contain_text("Look at line 3")

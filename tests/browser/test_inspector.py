@@ -45,8 +45,35 @@ def begin(page, lab, name, servers=SERVERS):
     return panel
 
 
-def test_a_service_is_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph_shows_both(lab, page):
+def check_a_parameter(panel) -> None:
+    """A wrong limit is marked, and a parameter that is chosen again has the value of its node."""
+    panel.get_by_label("What to do").select_option("Set a parameter")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
+    speed = panel.get_by_label("speed double")
+    expect(speed).to_have_value("1.0")
+    speed.fill("5")
+    limit = panel.get_by_label("Wait at most")
+    limit.fill("x")
+    expect(limit).to_have_attribute("aria-invalid", "true")
+    panel.get_by_role("button", name="Set", exact=True).click()
+    expect(panel).to_contain_text("Wait at most: write a number")
+    expect(panel.get_by_role("region", name="Timeline")).to_have_count(0)  # nothing was sent
+    limit.fill("5")
+    expect(panel).not_to_contain_text("Wait at most: write a number")
+    panel.get_by_role("button", name="Set", exact=True).click()
+    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
+    expect(speed).to_have_value("5")  # with the reason below
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
+    expect(speed).to_have_value("1.0")
+    panel.get_by_label("What to do").select_option("Send a goal")
+    expect(panel).to_contain_text("s until it is accepted")
+
+
+def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph_shows_it(lab, page):
     panel = begin(page, lab, "inspected")
+    check_a_parameter(panel)
+    panel.get_by_label("What to do").select_option("Call a service")
     panel.get_by_role("combobox", name="Service", exact=True).select_option("/add_two_ints")
     panel.get_by_label("a int64").fill("two")
     expect(panel.get_by_text("write a whole number: int64 does not accept 'two'")).to_be_visible()
@@ -254,32 +281,6 @@ def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are
     expect(panel).to_contain_text("either may answer")
     left.touch()
     expect(panel).not_to_contain_text("either may answer")
-
-
-def test_a_wrong_limit_is_marked_and_a_parameter_that_is_chosen_again_has_the_value_of_its_node(lab, page):
-    panel = begin(page, lab, "chosen")
-    panel.get_by_label("What to do").select_option("Set a parameter")
-    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
-    speed = panel.get_by_label("speed double")
-    expect(speed).to_have_value("1.0")
-    speed.fill("5")
-    limit = panel.get_by_label("Wait at most")
-    limit.fill("x")
-    expect(limit).to_have_attribute("aria-invalid", "true")
-    panel.get_by_role("button", name="Set", exact=True).click()
-    expect(panel).to_contain_text("Wait at most: write a number")
-    expect(panel.get_by_role("region", name="Timeline")).to_have_count(0)  # nothing was sent
-    limit.fill("5")
-    expect(panel).not_to_contain_text("Wait at most: write a number")
-    panel.get_by_role("button", name="Set", exact=True).click()
-    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
-    expect(speed).to_have_value("5")  # with the reason below
-    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
-    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
-    expect(speed).to_have_value("1.0")
-    panel.get_by_label("What to do").select_option("Send a goal")
-    expect(panel).to_contain_text("s until it is accepted")
-    (lab[2] / "chosen/end").touch()
 
 
 @pytest.mark.matrix  # tests/lab/test_inspector.py publishes at a rate

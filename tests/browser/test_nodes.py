@@ -21,6 +21,7 @@ from tests.browser.pages import (
     run_cell,
     show_panel,
     wait_for_kernel,
+    wait_until_run,
     write_greeter,
 )
 
@@ -230,7 +231,18 @@ def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log(lab, page
     expect(rows).not_to_contain_text("process")
 
 
-def test_after_a_reload_the_log_has_the_lines_of_a_node_from_before_its_restart(lab, page):
+SAID = """window.said = [];
+new MutationObserver(() => {
+    const shown = document.querySelectorAll('#ros2-course-nodes .ros-Panel-message');
+    window.said.push(...[...shown].map(each => each.textContent));
+}).observe(document, {subtree: true, childList: true, characterData: true});"""
+
+
+EMPTY = "Open a notebook: this panel shows what goes on in it."  # before JupyterLab has opened the notebook again
+
+
+def test_a_page_that_is_loaded_again_says_that_it_connects_moves_no_terminal_and_has_all_lines_of_the_log(lab, page):
+    """Also those of a node from before its restart."""
     panel = begin(page, lab, "kept")
     log = panel.get_by_role("log")
     expect(log).to_contain_text("greeted")
@@ -241,9 +253,17 @@ def test_after_a_reload_the_log_has_the_lines_of_a_node_from_before_its_restart(
     expect(process).not_to_have_text(before)
     expect(process).to_contain_text("greeter.py, process")
     expect(log).to_contain_text("greeted")
-    page.goto(f"{lab[0]}/lab/tree/kept/kept.ipynb?token={lab[1]}")
-    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
-    expect(log).to_contain_text("greeted")
+    told = []
+    page.on("request", lambda request: told.append(request.post_data_json) if "course/front" in request.url else None)
+    page.add_init_script(SAID)
+    for _ in range(2):
+        told.clear()
+        page.goto(f"{lab[0]}/lab/tree/kept/kept.ipynb?token={lab[1]}")
+        expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+        expect(log).to_contain_text("greeted")
+        assert set(page.evaluate("window.said")) <= {"", "Connecting …", EMPTY}
+        assert wait_until(lambda: told, WAIT / 1e3)
+        assert all(each["path"] == "kept/kept.ipynb" and each["kernel"] for each in told)
 
 
 PLACES = """() => {
@@ -295,30 +315,6 @@ def test_on_a_phone_no_row_moves_while_other_nodes_start_and_end(lab, page):
     assert len(page.evaluate("window.places")) == 1
 
 
-SAID = """window.said = [];
-new MutationObserver(() => {
-    const shown = document.querySelectorAll('#ros2-course-nodes .ros-Panel-message');
-    window.said.push(...[...shown].map(each => each.textContent));
-}).observe(document, {subtree: true, childList: true, characterData: true});"""
-
-
-EMPTY = "Open a notebook: this panel shows what goes on in it."  # before JupyterLab has opened the notebook again
-
-
-def test_a_page_that_is_loaded_again_says_that_it_connects_and_moves_no_terminal(lab, page):
-    panel = begin(page, lab, "again")
-    told = []
-    page.on("request", lambda request: told.append(request.post_data_json) if "course/front" in request.url else None)
-    page.add_init_script(SAID)
-    for _ in range(3):
-        told.clear()
-        page.goto(f"{lab[0]}/lab/tree/again/again.ipynb?token={lab[1]}")
-        expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
-        assert set(page.evaluate("window.said")) <= {"", "Connecting …", EMPTY}
-        assert wait_until(lambda: told, WAIT / 1e3)
-        assert all(each["path"] == "again/again.ipynb" and each["kernel"] for each in told)
-
-
 def test_the_button_names_the_cell_with_the_session_and_runs_it_wherever_it_is(lab, page):
     write_greeter(lab[2] / "below")
     path = lab[2] / "below/below.ipynb"
@@ -333,7 +329,8 @@ def test_the_button_names_the_cell_with_the_session_and_runs_it_wherever_it_is(l
     expect(page.get_by_text("not this one", exact=True)).to_have_count(0)
 
 
-def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page):
+def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how_and_then_that_the_kernel_has(lab, page):
+    """The next kernel is found."""
     look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
     answer = "import os\n" + SERVER.replace("self.create_service", look)
     panel = begin(page, lab, "died", answer=answer)
@@ -347,6 +344,15 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how(lab, page
     expect(panel.get_by_role("log")).to_contain_text("ENDED ended with exit status 1")
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "died/end").touch()
+    wait_until_run(page)
+    run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
+    expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
+    page.get_by_role("dialog").get_by_role("button", name="Ok").click()
+    wait_for_kernel(page)
+    (lab[2] / "died/die").unlink()
+    run_cell(page, 0, "import course\nros = course.live()\nros.start('greeter.py')")
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
 
 
 @pytest.mark.matrix
@@ -361,17 +367,6 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
     expect(panel.get_by_role("log")).to_contain_text("greeted")
     panel.get_by_role("button", name="Stop flood.py").click()
     expect(panel.get_by_role("button", name="/flood stopped")).to_be_visible()
-
-
-def test_a_kernel_that_is_killed_is_told_and_the_next_one_is_found(lab, page):
-    panel = begin(page, lab, "killed")
-    run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
-    expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
-    expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
-    page.get_by_role("dialog").get_by_role("button", name="Ok").click()
-    wait_for_kernel(page)
-    run_cell(page, 0, "import course\nros = course.live()\nros.start('greeter.py')")
-    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
 
 
 def test_the_panel_shows_the_notebook_that_one_looks_at(lab, page):
