@@ -22,7 +22,7 @@ import requests
 import websocket
 
 from autograder.classroom import accounts, course_files, homes, hub, servers
-from autograder.classroom.certificate import check_covers, warning
+from autograder.classroom.certificate import check_covers, paths, warning
 from autograder.classroom.plan import RUN, Classroom
 from autograder.errors import UsageError
 from autograder.gradebook import members
@@ -181,9 +181,10 @@ def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
         (good, locked, f"{locked} is locked with a password"),
         (good, tmp_path, f"there is no file {tmp_path}"),
     ):
-        done = run_classroom("up", *arguments, "--dry-run", "--certificate", str(wrong), "--key", str(wrong_key))
-        assert done.returncode == 2 and said in done.stderr, done.stderr
-        assert len(done.stderr.splitlines()) == 1
+        with pytest.raises(UsageError, match=re.escape(said)):
+            paths(wrong, wrong_key)
+    done = run_classroom("up", *arguments, "--dry-run", "--certificate", str(good), "--key", str(others_key))
+    assert (done.returncode, done.stderr) == (2, f"classroom: {others_key} is not the key of {good}\n")
 
 
 def test_a_certificate_that_ends_is_told(certificate):
