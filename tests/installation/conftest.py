@@ -5,6 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -100,8 +101,11 @@ class Installation:
         return json.loads(done.stdout)
 
     def score(self) -> tuple[str, float | None, list[str]]:
-        """Status, score and flags of the services' reference answer, which can earn 20 points."""
-        done = self.run("autograder", "check", ROOT / "solutions" / "services", "--assignment", "services", "--json")
+        """Status, score and flags of the services' motors; the relay, worth 10 of 20 points, ends at once."""
+        with tempfile.TemporaryDirectory() as folder:
+            shutil.copy(ROOT / "solutions/services/motor_service.py", folder)
+            (Path(folder) / "relay.py").write_text("def main(:\n")
+            done = self.run("autograder", "check", folder, "--assignment", "services", "--json")
         assert done.returncode == 0, done.stderr
         report = json.loads(done.stdout)
         return report["status"], report["score"], report["flags"]

@@ -47,7 +47,7 @@ def test_the_doctor_is_content(checkout):
 
 
 def test_it_checks_a_submission(checkout):
-    assert checkout.score() == ("graded", 20, [])
+    assert checkout.score() == ("graded", 10, [])
 
 
 def test_a_program_sees_of_root_only_the_way_to_the_environment(checkout, around):

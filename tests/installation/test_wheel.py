@@ -46,7 +46,7 @@ def test_it_grades_a_course_folder(installed, tmp_path):
 
 @pytest.mark.matrix  # the test above grades, too
 def test_it_checks_a_submission(installed):
-    assert installed.score() == ("graded", 20, [])
+    assert installed.score() == ("graded", 10, [])
 
 
 @pytest.mark.parametrize("name", ["venv", "link"])

@@ -22,6 +22,7 @@ from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER
 from tests.processes import processes, programs_left
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
+ENDS = "def main(:\n"  # at once, and so it is judged quickly
 ORDINARY_USER = 61150  # a host user that is not root, and none of the sandbox's own
 
 # Where Python and ROS 2 are installed, and the folders that a program sees on the way there: /root, for one below it.
@@ -184,7 +185,7 @@ def hand_in(folder: Path) -> Path:
 
 def test_unsafe_is_flagged(tmp_path):
     folder = hand_in(tmp_path / "calculator")
-    (folder / CLIENT).write_text("def main(:\n")  # it ends at once, and so it is judged quickly
+    (folder / CLIENT).write_text(ENDS)
     done = subprocess.run(
         [AUTOGRADER, "check", str(folder), "--assignment", "calculator", "--unsafe", "--json"],
         capture_output=True,
@@ -203,6 +204,7 @@ def test_as_an_ordinary_user(tmp_path):
     home.mkdir()
     try:
         server = hand_in(home / "calculator") / SERVER
+        server.with_name(CLIENT).write_text(ENDS)
         server.write_text("import os\nprint('cores:', *os.sched_getaffinity(0))\n" + server.read_text())
         os.chown(home, ORDINARY_USER, ORDINARY_USER)
         user = ["setpriv", f"--reuid={ORDINARY_USER}", f"--regid={ORDINARY_USER}", "--clear-groups", "--"]
@@ -217,7 +219,7 @@ def test_as_an_ordinary_user(tmp_path):
             env=os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")},
         )
         report = json.loads(done.stdout or "{}")
-        assert (done.returncode, report.get("score"), report.get("flags")) == (0, 20, []), done.stderr
+        assert (done.returncode, report.get("score"), report.get("flags")) == (0, 14, []), done.stderr
         assert programs_left() == []
         has_group = subprocess.run([*user, sys.executable, "-c", HAS_GROUP], cwd="/", capture_output=True).returncode
         cores = set(re.findall(r"cores: (.*)", str(report["logs"]).replace("\\n", "\n")))
