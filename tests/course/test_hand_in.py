@@ -272,20 +272,25 @@ def test_the_report_of_validate_begins_with_what_the_check_says(folder):
     assert ran.stdout.partition("The error was:")[2].strip() == "AssertionError: it must say server"
 
 
-def test_validate_runs_what_the_exercises_need(folder):
+def test_validate_runs_what_the_exercises_need_and_leaves_the_folder_as_it_was(folder):
+    solution = CHECK | {"solution": True, "grade": False, "locked": False, "grade_id": "file"}
+    shown, checked = (folder.with_name(f"{folder.name}-{name}") for name in ("shown", "checked"))
     text = notebook(
-        (f"open({str(folder / 'shown.txt')!r}, 'w').close()", {}),
+        (f"open({str(shown)!r}, 'w').close()", {}),
         ("wanted = 'server'", {}),
-        (f"assert wanted in open('server.py').read()\nopen({str(folder / 'checked.txt')!r}, 'w').close()", CHECK),
+        (f"%%exercise server.py --no-start\n{SERVER}", solution),
+        (f"assert wanted in open('server.py').read()\nopen({str(checked)!r}, 'w').close()", CHECK),
     )
     (folder / "greeter.ipynb").write_text(text)
+    (folder / "server.py").write_text("print('edited elsewhere: server')\n")
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
     nbgrader = str(Path(sys.executable).with_name("nbgrader"))
     ran = subprocess.run(
         [nbgrader, "validate", "greeter.ipynb"], cwd=folder, capture_output=True, text=True, timeout=100
     )
     assert "Success" in ran.stdout, ran.stdout + ran.stderr
-    assert (folder / "checked.txt").exists()
-    assert not (folder / "shown.txt").exists()
+    assert checked.exists() and not shown.exists()
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_what_is_late_is_said_by_the_dates_that_the_release_has_noted(folder):
@@ -357,17 +362,6 @@ def test_a_notebook_with_another_name_is_asked_about(folder, name, meant):
     doubts = hand_in.read(place).doubts
     assert list(doubts) == ([f"{name}.ipynb"] if meant else [])
     assert all(f"rename it to {meant}.ipynb" in why for why in doubts.values())
-
-
-def test_validate_leaves_the_folder_as_it_was(folder):
-    (folder / "server.py").write_text("print('edited elsewhere: server')\n")
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    nbgrader = str(Path(sys.executable).with_name("nbgrader"))
-    ran = subprocess.run(
-        [nbgrader, "validate", "greeter.ipynb"], cwd=folder, capture_output=True, text=True, timeout=100
-    )
-    assert "Success" in ran.stdout, ran.stdout + ran.stderr
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
 def test_a_file_that_is_not_filled_in_is_asked_about(folder):
