@@ -198,7 +198,56 @@ outside = subprocess.Popen([sys.executable, 'twin.py', 'outside'], start_new_ses
 print('both begun')"""
 
 
-def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log(lab, page):
+PLACES = """() => {
+    window.places = [];
+    const look = () => {
+        const seen = document.querySelector('#ros2-course-nodes [aria-label="Stop keeper"]');
+        const place = seen && Math.round(seen.getBoundingClientRect().top);
+        if (place !== window.places.at(-1)) window.places.push(place);
+        requestAnimationFrame(look);
+    };
+    look();
+}"""
+KEEPERS = """from rclpy.node import Node
+class Keeper(Node): pass
+for name in ('fibonacci_action_server', 'keeper'):
+    ros.start(Keeper, name)"""
+STEPS = """import pathlib
+class Late(Node): pass
+ros.until(pathlib.Path('start').exists, 600)
+ros.start(Late, 'a_late_one')
+ros.until(pathlib.Path('again').exists, 600)
+ros.restart('greeter.py')
+print('started again')
+ros.until(pathlib.Path('stop').exists, 600)
+ros.stop('a_late_one')"""
+
+
+def check_that_no_row_moves_on_a_phone(page, panel, folder) -> None:
+    """While other nodes start and end."""
+    run_cell(page, CHECKS, KEEPERS)
+    expect(panel.get_by_role("button", name="Stop keeper")).to_be_visible()
+    run_cell(page, CHECKS, STEPS)
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.wait_for_function(PHONE)
+    page.evaluate(PLACES)
+    late = panel.get_by_role("button", name="Stop a_late_one")
+    (folder / "start").touch()
+    expect(late).to_be_visible()
+    keep_picture(page, "nodes-steady-phone")
+    (folder / "again").touch()
+    page.get_by_text("started again", exact=True).wait_for(state="attached")
+    (folder / "stop").touch()
+    expect(late).to_have_count(0)
+    panel.get_by_role("button", name="Restart greeter.py").click()
+    expect(panel.get_by_role("button", name="/greeter starting")).to_be_visible()
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    panel.get_by_role("button", name="Restart fibonacci_action_server").click()  # whose state does not fit beside it
+    expect(panel.get_by_role("button", name="/fibonacci_action_server running")).to_be_visible()
+    assert len(page.evaluate("window.places")) == 1
+
+
+def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log_and_no_row_moves_on_a_phone(lab, page):
     page.set_viewport_size({"width": 1280, "height": 800})
     panel = begin(page, lab, "twins")
     run_cell(page, CHECKS, TWINS)
@@ -229,6 +278,8 @@ def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log(lab, page
     outside.get_by_role("button", name=re.compile("Stop")).click()
     expect(rows).to_have_count(1)
     expect(rows).not_to_contain_text("process")
+    page.set_viewport_size({"width": 1500, "height": 950})
+    check_that_no_row_moves_on_a_phone(page, panel, lab[2] / "twins")
 
 
 SAID = """window.said = [];
@@ -264,55 +315,6 @@ def test_a_page_that_is_loaded_again_says_that_it_connects_moves_no_terminal_and
         assert set(page.evaluate("window.said")) <= {"", "Connecting …", EMPTY}
         assert wait_until(lambda: told, WAIT / 1e3)
         assert all(each["path"] == "kept/kept.ipynb" and each["kernel"] for each in told)
-
-
-PLACES = """() => {
-    window.places = [];
-    const look = () => {
-        const seen = document.querySelector('#ros2-course-nodes [aria-label="Stop keeper"]');
-        const place = seen && Math.round(seen.getBoundingClientRect().top);
-        if (place !== window.places.at(-1)) window.places.push(place);
-        requestAnimationFrame(look);
-    };
-    look();
-}"""
-KEEPERS = """from rclpy.node import Node
-class Keeper(Node): pass
-for name in ('fibonacci_action_server', 'keeper'):
-    ros.start(Keeper, name)"""
-STEPS = """import pathlib
-class Late(Node): pass
-ros.until(pathlib.Path('start').exists, 600)
-ros.start(Late, 'a_late_one')
-ros.until(pathlib.Path('again').exists, 600)
-ros.restart('greeter.py')
-print('started again')
-ros.until(pathlib.Path('stop').exists, 600)
-ros.stop('a_late_one')"""
-
-
-def test_on_a_phone_no_row_moves_while_other_nodes_start_and_end(lab, page):
-    panel = begin(page, lab, "steady")
-    run_cell(page, CHECKS, KEEPERS)
-    expect(panel.get_by_role("button", name="Stop keeper")).to_be_visible()
-    run_cell(page, CHECKS, STEPS)
-    page.set_viewport_size({"width": 390, "height": 844})
-    page.wait_for_function(PHONE)
-    page.evaluate(PLACES)
-    late = panel.get_by_role("button", name="Stop a_late_one")
-    (lab[2] / "steady/start").touch()
-    expect(late).to_be_visible()
-    keep_picture(page, "nodes-steady-phone")
-    (lab[2] / "steady/again").touch()
-    page.get_by_text("started again", exact=True).wait_for(state="attached")
-    (lab[2] / "steady/stop").touch()
-    expect(late).to_have_count(0)
-    panel.get_by_role("button", name="Restart greeter.py").click()
-    expect(panel.get_by_role("button", name="/greeter starting")).to_be_visible()
-    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
-    panel.get_by_role("button", name="Restart fibonacci_action_server").click()  # whose state does not fit beside it
-    expect(panel.get_by_role("button", name="/fibonacci_action_server running")).to_be_visible()
-    assert len(page.evaluate("window.places")) == 1
 
 
 def test_the_button_names_the_cell_with_the_session_and_runs_it_wherever_it_is(lab, page):
