@@ -71,7 +71,10 @@ def test_a_node_with_an_invalid_name_ends_nothing(kernel, page, name):
             assert "(a name that is no text)" in shown
         if name == "markup, with endpoints":
             assert "result" in page.answer(page.begin("subscribe", topic="nodes.node", options={"name": f"/{MARKUP}"}))
-        listed = kernel.run("!ros2 node list --spin-time 2")
+        for seconds in (2, 20):  # a busy machine may need longer to find them
+            listed = kernel.run(f"!ros2 node list --spin-time {seconds}")
+            if "/friend" in listed and (r"\xff" in listed or not name.startswith("no text")):
+                break
         assert "/friend" in listed and "Traceback" not in listed
         assert (r"/a\xff\xfe" in listed) == name.startswith("no text")
     finally:
