@@ -44,6 +44,7 @@ STATUS = {
 Table = dict[str, list[Any]]
 
 GONE = 0.7  # s without an action server, after which nothing more of a goal can come
+ENDING = 3.0  # s more that the program which served it may take to end, and its end tells why
 LAST = 2.0  # s by which a feedback message may come after the end of its goal
 USUAL = 10.0  # s that a wait for a goal lasts at most, unless another limit is given
 NO_LOOK = 5.0  # s from which on the reader is told of a wait for a goal in vain; a shorter one is often a look
@@ -53,6 +54,8 @@ LATE = 1.0  # s by which the report of an exception may come after the end of it
 # lines that say where the server is, once a callback there will not return within the limit of its call.  A live
 # session adds its own.
 hanging: list[Callable[[str, float, float], Callable[[], str]]] = []
+# Each is given the name of an action, and returns True while a program that has served it runs.
+serving: list[Callable[[str], bool]] = []
 # Each is given the name of an action, and returns '', or lines that say in which line its server is now.
 places: list[Callable[[str], str]] = []
 
@@ -297,8 +300,13 @@ class GoalRecorder(Recorder):
         That is so when the goal's server is gone, or is in a callback that does not return in time.
         """
         _expect_wanted(wanted)
-        gone = Lasting(lambda: not self._client.server_is_ready(), GONE)
         name = self._name
+        gone = Lasting(
+            lambda: not self._client.server_is_ready(),
+            GONE,
+            unless=lambda: any(runs(name) for runs in serving),
+            more=ENDING,
+        )
         others = [each._sent for each in list(_sent) if each is not self and each._name == name and each._goes_on()]
         limit = time.monotonic() + time_limit(timeout) - self._sent if self._goes_on() else math.inf
         looks = [make(name, limit, max(others, default=-math.inf)) for make in hanging]
@@ -319,6 +327,7 @@ class GoalRecorder(Recorder):
             last = f"its last event is '{before[0] if before else 'none'}'."
             if at:
                 raise NodeFailed(f"this goal of the action {name} will get no further within {timeout:g} s: {last}{at}")
+            ask_lookouts()  # that it has died is the better reason
             served = "any more" if before and before[0] != "goal" else "now"
             raise NodeFailed(f"no node serves the action {name} {served}, so this goal has no end: {last}")
         return False

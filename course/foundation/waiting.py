@@ -65,8 +65,16 @@ def time_limit(limit: object) -> float:
 class Lasting:
     """A condition that was true at every look for some time; calling it looks."""
 
-    def __init__(self, condition: Callable[[], object], seconds: float):
-        self._condition, self._seconds = condition, seconds
+    def __init__(
+        self,
+        condition: Callable[[], object],
+        seconds: float,
+        *,
+        unless: Callable[[], object] = lambda: False,
+        more: float = 0.0,
+    ):
+        """With `unless`, the condition must be true for `more` s more while `unless()` is true as well."""
+        self._condition, self._seconds, self._unless, self._more = condition, seconds, unless, more
         self._since: float | None = None  # the first of the looks at which it was true
 
     def __call__(self) -> bool:
@@ -76,7 +84,8 @@ class Lasting:
             return False
         if self._since is None:
             self._since = time.monotonic()
-        return time.monotonic() - self._since >= self._seconds
+        lasted = time.monotonic() - self._since
+        return lasted >= self._seconds and (lasted >= self._seconds + self._more or not self._unless())
 
 
 def ask_lookouts() -> None:

@@ -39,6 +39,7 @@ LISTED = 8  # services that are named in a message
 DROPPED = 1.0  # s at rest, after which a server with an old definition has dropped the request
 OLD = "still uses the old definition"
 GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
+ENDING = 3.0  # s more that the program which served it may take to end, and its end tells why
 TELLING = 2.0  # s more, after which the reader learns why there is no server, if the wait is to last much longer
 PATIENT = 5.0  # s that are much longer
 SOON = 20  # the look at which a program that has no server yet is asked where it is: after about 1 s
@@ -201,6 +202,10 @@ class Calls:
         handles = (each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive)
         return [handle for handle in handles if handle.services & {name, f"{name}{SEND}"}]
 
+    def serving(self, name: str) -> bool:
+        """Return True while a program runs that has served the service or action `name`, and was not stopped."""
+        return any(not each.stopped for each in self._programs(name))
+
     def is_at_rest(self, names: Collection[str]) -> bool:
         """Return True if all programs sleep, and no answer or result of these services and actions is under way.
 
@@ -295,12 +300,16 @@ class Calls:
         session's nodes dies, or raises an exception, meanwhile.
         """
         client = client_of(self.node, future)
-        gone = Lasting(lambda: client is not None and not is_served(client), GONE)
-        hanging = self.hanging(_name(client), math.inf) if client is not None else str
+        name = "" if client is None else _name(client)
+        gone = Lasting(
+            lambda: client is not None and not is_served(client), GONE, unless=lambda: self.serving(name), more=ENDING
+        )
+        hanging = self.hanging(name, math.inf) if client is not None else str
 
         def look() -> None:
             self.watch.look()
             if gone() and (why := self._unserved(future)):
+                self.watch.look()  # that its program has died is the better reason
                 raise CallTimeout(f"nothing will arrive{why}")
             if at := hanging():
                 raise CallTimeout(f"nothing will arrive within {timeout:g} s.{at}")

@@ -146,6 +146,44 @@ def test_a_goal_whose_server_is_gone_has_no_end(session):
     client.destroy()
 
 
+SLOW_END = """import threading
+
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionServer
+from rclpy.executors import MultiThreadedExecutor
+
+def execute(handle):
+    handle.succeed()
+
+rclpy.init()
+node = rclpy.create_node('slow_end')
+server = ActionServer(node, Fibonacci, 'slow_end', execute)
+executor = MultiThreadedExecutor(3)
+executor.add_node(node)
+try:
+    executor.spin()
+finally:
+    server.destroy()
+    threading.Event().wait(1.5)  # the interpreter's own end takes as long on a busy machine
+"""
+
+
+@pytest.mark.parametrize("waits", ["for the goal", "for a future"])
+def test_a_program_that_dies_in_execute_is_told_though_it_ends_long_after_its_server(session, tmp_path, waits):
+    (tmp_path / "slow_end.py").write_text(SLOW_END)
+    session.start(tmp_path / "slow_end.py")
+    client = ActionClient(session.node, Fibonacci, "slow_end")
+    assert client.wait_for_server(10)
+    with pytest.raises(NodeFailed, match=r"slow_end\.py ended with exit status 1: AssertionError"):
+        if waits == "for the goal":
+            GoalRecorder(client).send(Fibonacci.Goal(order=1)).wait_end(60.0)
+        else:
+            handle = session.wait(client.send_goal_async(Fibonacci.Goal(order=1)))
+            session.wait(handle.get_result_async(), timeout=60.0)
+    client.destroy()
+
+
 LATE = """import time
 import rclpy
 from course_interfaces.action import Fibonacci

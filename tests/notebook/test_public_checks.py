@@ -8,6 +8,7 @@ import nbformat
 import pytest
 
 from course.foundation import cells
+from course.notebook import judging
 from course.notebook.exercise_magic import exercise
 from course.notebook.needed_cells import SESSION, names_of
 from course.session import live
@@ -556,6 +557,17 @@ def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the
     assert re.search(r"lift_server.py, line \d+, in take_over\n    with self.cabin:", said)
     page.write("lift_server.py", right["lift_server.py"])
     assert page.check("lift-server") == cells.PASSED
+
+
+def test_a_server_that_dies_at_its_first_goal_is_told_then_and_not_started_again(empty, monkeypatch):
+    started, judge = [], judging.judge
+    monkeypatch.setattr(judging, "judge", lambda file, **options: started.append(file) or judge(file, **options))
+    files = answers.changed(
+        answers.solution("actions"), "lift_server.py", ("return Lift.Result(stops=stops, floor=self.floor)", "return")
+    )
+    said = Page("actions").judge(files, "lift-server")["lift-server"]
+    assert said.startswith("lift_server.py ended with exit status 1: AssertionError: The 'result' field must be a sub")
+    assert started == ["lift_server.py"]
 
 
 @pytest.mark.matrix  # a right answer on a slow machine; test_the_reference_passes
