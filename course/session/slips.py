@@ -3,10 +3,11 @@
 import ast
 import builtins
 import difflib
-import importlib
 import re
 from collections.abc import Iterator
 
+from course.session.conditions import always, asked_by
+from course.session.interface_fields import fields_of
 from course.session.source import (
     argument,
     bare_statements,
@@ -20,6 +21,7 @@ from course.session.source import (
     timer_in_a_callback,
     without_global,
 )
+from course.session.unread import unread
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
@@ -32,7 +34,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_set_in_vain(tree, skipped), *_looked_up(tree)}
+    found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -119,7 +121,7 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
         nodes = (node for node in ast.walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
         stored = {name_of(node) for node in nodes if isinstance(node.ctx, ast.Store)}
         for node in ast.walk(cls):
-            for asked in _asked(node):
+            for asked in asked_by(node):
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
                 if of_self and name_of(asked) in own - stored:
                     text = ast.unparse(asked)
@@ -139,23 +141,11 @@ def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons of an array that a callback is given with a list: `goal.floors == []`."""
     for maker, kind, callback, part, place in GIVEN:
         for call in calls(tree, maker):
-            arrays, name = _array_fields(tree, argument(call, *kind), part), name_of(argument(call, *callback))
+            fields, name = fields_of(tree, argument(call, *kind), part), name_of(argument(call, *callback))
+            arrays = {field for field, each in fields.items() if ARRAY.fullmatch(each)}
             for function in named(tree, {name}) if arrays else ():
                 if len(function.args.args) >= -place:
                     yield from _compared_with_lists(function, function.args.args[place].arg, arrays)
-
-
-def _array_fields(tree: ast.AST, kind: ast.expr | None, part: str) -> set[str]:
-    """Return the fields of a type that a text imports which are arrays in Python."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module and name_of(kind) in {each.name for each in node.names}:
-            try:
-                made = getattr(importlib.import_module(node.module), name_of(kind))
-                fields = (getattr(made, part) if part else made).get_fields_and_field_types()
-            except (ImportError, AttributeError):
-                return set()
-            return {field for field, each in fields.items() if ARRAY.fullmatch(each)}
-    return set()
 
 
 def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:
@@ -168,21 +158,6 @@ def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Ite
                 always = "true" if isinstance(node.ops[0], ast.NotEq) else "false"
                 why = f"is always {always}: the field is an array, and no array is equal to a list"
                 yield node.lineno, f"`{ast.unparse(node)}` {why}. Write `list({text})`."
-
-
-def _asked(node: ast.AST) -> list[ast.expr]:
-    """Return the expressions that a node uses as conditions; of `a or b` alone, only the first is one."""
-    if isinstance(node, (ast.If, ast.While, ast.IfExp)):
-        return _conditions(node.test)
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
-        return _conditions(node.operand)
-    return [each for value in node.values[:-1] for each in _conditions(value)] if isinstance(node, ast.BoolOp) else []
-
-
-def _conditions(test: ast.expr) -> list[ast.expr]:
-    if isinstance(test, ast.BoolOp):
-        return [each for value in test.values for each in _conditions(value)]
-    return [test]
 
 
 def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -73,12 +73,98 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
         ("bad = [each for each in params if each.name == 'threshold']", ""),
         ("bad = [each for each in params if each.name == 'speed']", ""),
         ("for each in params: each.name == 'threshold' or print(each)", ""),
+        ("if self.free == 'a' or 'b': pass",
+         "line 13: `'b'` stands alone here, which is always true. Write `self.free == 'a' or self.free == 'b'`."),
+        ("while not ('a' or 2 in params): pass",
+         "line 13: `'a'` stands alone here, which is always true. Write `'a' in params or 2 in params`."),
+        ("if params and (self.free != 1 or 2): pass",
+         "line 13: `2` stands alone here, which is always true. Write `self.free != 1 and self.free != 2`."),
+        ("self.free = self.free == 1 or 'b'", ""),
+        ("if self.free or 'b': pass",
+         "line 13: `'b'` stands alone here, which is always true. Compare something with it, or leave it out."),
+        ("while self.free == 1 or True: pass", ""),
+        ("if self.free == 1 and 'b': pass", ""),
+        ("self.free = 1 if params and (each > 0 for each in params) else 0",
+         "line 13: `(each > 0 for each in params)` is a generator, which is always true. Write "
+         "`all(each > 0 for each in params)`, or `any(each > 0 for each in params)`."),
+        ("if all(each > 0 for each in params): pass", ""),
+        ("if not self.client.service_is_ready: pass",
+         "line 13: `self.client.service_is_ready` is the method itself, which is always true. Call it: "
+         "`self.client.service_is_ready()`."),
+        ("while rclpy.ok and self.free: pass",
+         "line 13: `rclpy.ok` is the method itself, which is always true. Call it: `rclpy.ok()`."),
+        ("if self.future.done: pass", ""),
+        ("self.server_is_ready = True\n        if self.server_is_ready: pass", ""),
     ],
 )  # fmt: skip
 def test_a_slip_is_told_with_its_line(line, says):
     cell = NODE.format(line=line)
     assert slips(cell) == [f"note: {says}"] * bool(says)
     assert slips(f"%%exercise careful.py{cell}") == slips(cell[1:])
+
+
+def test_a_future_that_is_asked_without_brackets_is_told():
+    (told,) = slips("future = client.call_async(request)\nwhile not future.done:\n    rclpy.spin_once(node)\n")
+    assert told == "note: line 2: `future.done` is the method itself, which is always true. Call it: `future.done()`."
+
+
+POWER = """%%exercise power.py
+from std_srvs.srv import SetBool
+class Power(Node):
+    def __init__(self):
+        super().__init__('power')
+        self.stopped = self.free = False
+        self.create_service(SetBool, 'power', self.power)
+    def power(self, request, response):
+        response.success = not self.stopped and self.free
+        if request.data:
+            {line}
+        return response
+"""
+ALONE = "is a variable of 'power' alone, and nothing reads it. "
+MESSAGE = "To answer with it, write `response.message = ...`."
+
+
+def test_a_value_for_a_response_is_told_also_where_its_type_is_not_known():
+    others = "            response.message = 'off'\n        else:\n            {line}"
+    cell = POWER.replace("std_srvs.srv", "my_interfaces.srv").replace("            {line}", others)
+    assert slips(cell.format(line="message = 'on'")) == [f"note: line 12: `message` {ALONE}{MESSAGE}"]
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("message = 'on'", f"`message` {ALONE}{MESSAGE}"),
+        (
+            "self.message = 'on'",
+            f"`self.message` is an attribute of the node, and nothing in the file reads it. {MESSAGE}",
+        ),
+        ("stopped = True", f"`stopped` {ALONE}To set the attribute of the object, write `self.stopped = ...`."),
+        ("self.stoped = True", "nothing in the file reads `self.stoped`. Did you mean `self.stopped`?"),
+        (
+            "self.message = 'on'; print(response.message)",
+            f"`self.message` is an attribute of the node, and nothing in the file reads it. {MESSAGE}",
+        ),
+        ("message = 'on'; response.message = message", ""),
+        ("message = response.message = 'on'", ""),
+        ("message = 'on'; response.message = 'on'", ""),
+        ("self.message = 'on'; response.message = self.message", ""),
+        ("self.message = 'on'; response.message = getattr(self, 'message')", ""),
+        ("success = True", ""),  # the response has one in any case
+        ("other = True", ""),
+        ("stopped = self.stopped = True", ""),
+        ("stopped = True; self.stopped = True", ""),
+        ("stopped = True; self.free = stopped", ""),
+        ("self.stopped = True", ""),
+        ("self.stops = True", ""),
+        ("self.stoped = True; self.free = self.stoped", ""),
+    ],
+)
+def test_a_value_in_a_name_that_nothing_reads_is_told(line, says):
+    cell = POWER.format(line=line)
+    assert slips(cell) == [f"note: line 10: {says}"] * bool(says)
+    in_a_cell = slips(cell.partition("\n")[2])  # whose class may be used by another cell
+    assert in_a_cell == ([] if "in the file" in says else slips(cell))
 
 
 SWITCH = """state, count = 'off', 0
