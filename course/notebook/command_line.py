@@ -98,7 +98,7 @@ def _is_true(value: ast.expr | None) -> bool:
 
 
 def kept_name(file: str) -> str:
-    """Return lines about words of `remove_ros_args(...)` from which nothing takes off the program's name; else ''."""
+    """Return lines about words of the command line from which nothing takes off the program's name; else ''."""
     source = text_at(Path(file))
     tree = parse(source)
     made = list(calls(tree, "remove_ros_args"))
@@ -114,12 +114,31 @@ def kept_name(file: str) -> str:
     fourth = any(isinstance(each, ast.Constant) and each.value == 3 for each in indices)
     taken_off = any(isinstance(node, ast.Delete) for node in ast.walk(tree))  # `del words[0]`
     taken_off |= any(next(calls(tree, name), None) for name in TAKES_OFF)
-    if len(made) != 1 or longer or sliced or fourth or taken_off:
+    if longer or sliced or fourth or taken_off:
+        return ""
+    lines = [call.lineno for call in made] or [
+        node.lineno
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], (ast.List, ast.Tuple))
+        if any(map(_is_command_line, _parts(node.value)))
+    ]
+    if len(lines) != 1:
         return ""
     return (
-        f"\n{frame_at(file, made[0].lineno, source)}\nThe first of these words is the program's name, and nothing in "
+        f"\n{frame_at(file, lines[0], source)}\nThe first of these words is the program's name, and nothing in "
         "the file takes it off."
     )
+
+
+def _parts(value: ast.expr) -> list[ast.expr]:
+    """Return a value, or the members of a tuple or a list."""
+    return value.elts if isinstance(value, (ast.Tuple, ast.List)) else [value]
+
+
+def _is_command_line(value: ast.expr) -> bool:
+    """Return True for `sys.argv`, and for its first word, `sys.argv[0]`."""
+    first = isinstance(value, ast.Subscript) and isinstance(value.slice, ast.Constant) and value.slice.value == 0
+    return ast.unparse(value.value if first else value) == "sys.argv"  # type: ignore[attr-defined]
 
 
 TAKES_OFF = ("islice", "next", "pop", "popleft", "remove")

@@ -292,7 +292,7 @@ def busy(process: Handle, service: str = "") -> str:
         found = ["", str(frame_at(process.name, line, process.source)), ONE_AT_A_TIME.format(service)]
     first, second = process.doing(), process.doing()
     if first and second and first[-1].function == second[-1].function:
-        found += [*([] if found else [""]), f"{process.name} is here:", *map(str, second)]
+        found += [*([] if found else [""]), f"{process.name} is here:", *dict.fromkeys(map(str, second))]
         unspun = process.unspun()
         found += [f"{NOT_SPUN[0].upper()}{NOT_SPUN[1:]}"] if unspun else [] if why else remark(second, process.source)
         live().watch.forget(NOT_SPUN)  # the start has reported the same
@@ -520,6 +520,18 @@ def sleeps(file: str, maker: str) -> str:
 def fields(section: type) -> dict[str, str]:
     """Return the fields of a request, a response or a message, with types as in a definition."""
     return {name: field_type(kind) for name, kind in section.get_fields_and_field_types().items()}  # type: ignore[attr-defined]
+
+
+def unlike(has: Mapping[str, str], wanted: Mapping[str, str]) -> str:
+    """Return how the fields of a definition, with their types, differ from those that a task asks for."""
+    found = [f"`{name}` is one too many" for name in has if name not in wanted]
+    found += [f"`{name}` is missing" for name in wanted if name not in has]
+    found += [
+        f"`{name}` is a {kind} and must be a {wanted[name]}"
+        for name, kind in has.items()
+        if wanted.get(name, kind) != kind
+    ]
+    return ", ".join(found) or f"the order must be {', '.join(wanted)}"
 
 
 def plain_fields(name: str) -> None:

@@ -11,6 +11,8 @@ from course.session.source import CALLBACKS, argument, calls, covers, functions,
 
 AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
 
+SPINS_ITSELF = re.compile(r"\brclpy\.spin_once\(\s*self\b")
+
 
 def remark(frames: Sequence[Frame], source: str) -> list[str]:
     """Return a line on why the program `source` waits in vain where it is; [] if that is not certain."""
@@ -22,6 +24,14 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     if "ThreadedExecutor(" in source or THREADS.search(source):
         return []
     tree = parse(source)
+    if SPINS_ITSELF.search(at.code) and any(frame.function in _callbacks(tree) for frame in frames):
+        spin = next((call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"), None)
+        if spin is not None:
+            why = (
+                f"`{ast.unparse(spin)}` spins the node already, and waits until this callback returns: leave this out."
+            )
+            how = " To wait for an answer, write `await client.call_async(...)` in an `async def`."
+            return [f"{why}{how if 'call_async(' in source else ''}"]
     if _is_of_a_rate(at.code, tree):
         why = "A rate sleeps until another thread spins the node, and the only one is here"
         return [f"{why}: use `time.sleep(seconds)`, or an executor with several threads."]

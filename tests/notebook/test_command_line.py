@@ -86,7 +86,12 @@ def test_a_client_that_prints_nothing_is_told_with_its_last_line(tmp_path, monke
         ("words = remove_ros_args(args)\nwords.pop(0)", False),
         ("words = remove_ros_args(args)\ndel words[0]", False),
         ("a, b, word = remove_ros_args(sys.argv[1:])", False),
-        ("a, b, word = sys.argv", False),
+        ("a, b, word = sys.argv", True),
+        ("a, b, word = sys.argv[0], sys.argv[1], sys.argv[2]", True),
+        ("a, b, word = sys.argv[1], sys.argv[2], sys.argv[3]", False),
+        ("_, a, b, word = sys.argv", False),
+        ("name = sys.argv[0]\na, b, word = read(name)", False),
+        ("words = sys.argv\na, b, word = words[1:]", False),
     ],
 )
 def test_a_program_name_that_nothing_takes_off(tmp_path, monkeypatch, text, kept):

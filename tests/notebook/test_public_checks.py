@@ -381,6 +381,15 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
         each_night("calculator-client", CLIENT, "sys.exit(main())", "main()",
                    "must end with an exit status other than 0\n"
                    "  calculator_client.py, line 55\n    main()\nThis drops what "),
+        each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)", "a, b, operation = sys.argv",
+                   "    a, b, operation = sys.argv\nThe first of these words is the program's name, and nothing in"),
+        each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)",
+                   "a, b, operation = sys.argv[0], sys.argv[1], sys.argv[2]",
+                   "sys.argv[2]\nThe first of these words is the program's name"),
+        ("calculator-server", SERVER, "info(\n            f'Request", "debug(\n            f'Request",
+         "self.get_logger().debug(\nWhat is logged with `debug` is not shown by default: use `info`."),
+        each_night("calculator-server", SERVER, "f'Request: a={request.a}", "'Request: a={request.a}",
+                   "[calculator_server]: Request: a={request.a} b={request.b} "),
     ],
 )  # fmt: skip
 def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, new, says):
@@ -394,6 +403,7 @@ def test_a_check_of_the_calculator_tells_what_is_seen(empty, check, file, old, n
     [
         ("string operation add", "calculator_interfaces",
          "Calculate.srv: `string operation` has the value 'add', which makes it a default; the task asks for plain"),
+        ("float32 operation", "calculator_interfaces", "`operation` is a float32 and must be a string"),
         ("string operation\nfloat64 MOST=3.0", "calculator_interfaces", "`float64 MOST` has the value 3.0, "),
         ("string operation", "calculator_interface",
          "was built into the package calculator_interface, but belongs to calculator_interfaces"),

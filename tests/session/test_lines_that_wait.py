@@ -53,6 +53,29 @@ def test_a_loop_that_spins_is_no_wait_in_vain():
 
 
 @pytest.mark.parametrize(
+    ("function", "end", "told"),
+    [
+        ("tick", "rclpy.spin(node)", True),
+        ("run", "rclpy.spin(node)", False),
+        ("tick", "while rclpy.ok(): rclpy.spin_once(node)", False),
+        ("tick", "MultiThreadedExecutor(4).spin(); rclpy.spin(node)", False),
+    ],
+)
+def test_a_callback_that_spins_its_node_is_told_that_it_is_spun_already(function, end, told):
+    source = POLLS.format(loop="rclpy.spin_once(self)", end=end)
+    said = remark([Frame("client.py", 6, function, "rclpy.spin_once(self)")], source)
+    assert (
+        said
+        == ["`rclpy.spin(node)` spins the node already, and waits until this callback returns: leave this out."] * told
+    )
+    asks = source.replace("await self.client.call(", "await self.client.call_async(")
+    assert all(
+        each.endswith("write `await client.call_async(...)` in an `async def`.")
+        for each in remark([Frame("client.py", 6, function, "rclpy.spin_once(self)")], asks)
+    )
+
+
+@pytest.mark.parametrize(
     ("source", "in_calls", "told"),
     [
         ("MultiThreadedExecutor(num_threads=3)", 3, True),
