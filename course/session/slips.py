@@ -5,6 +5,7 @@ import builtins
 import difflib
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 
 from course.session.conditions import always, asked_by
 from course.session.interface_fields import fields_of
@@ -26,6 +27,8 @@ from course.session.unread import unread
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
 FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
+SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
+IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?::[^{}]*)?\}")
 ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
 
 
@@ -34,6 +37,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
+    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
@@ -80,6 +84,42 @@ def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:
             if isinstance(called, ast.Attribute) and called.attr == "get" and ast.unparse(called.value) in dicts:
                 text = ast.unparse(node)
                 yield node.lineno, f"`{text}` is looked up, and nothing uses it. To return it, write `return {text}`."
+
+
+def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield texts without `f` that a function logs, prints or answers with, and that name its values in braces."""
+    for function in functions(tree):
+        nodes = [*ast.walk(function)]
+        known = {node.arg for node in nodes if isinstance(node, ast.arg)}
+        known |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        given = [call.args[0] for name in SHOWN for call in calls(function, name) if call.args]
+        for node in nodes:
+            if isinstance(node, ast.Assign) and name_of(node.targets[0]) in ("message", "reason"):
+                given.append(node.value)
+        for text in given:
+            if isinstance(text, ast.Constant) and isinstance(text.value, str):
+                named_there = IN_BRACES.findall(text.value)
+                if named_there and known.issuperset(named_there):
+                    short = text.value if len(text.value) <= 30 else f"{text.value[:27]}..."
+                    yield (
+                        text.lineno,
+                        f"{short!r} shows its braces as they are: write `f` before the first quotation mark.",
+                    )
+
+
+def _after_the_end(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield logs that stand behind the `return` of their block, and so never run."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            for part in ("body", "orelse"):
+                body = getattr(node, part, None)
+                for before, after in pairwise(body if isinstance(body, list) else ()):
+                    logs = any(next(calls(after, name), None) for name in SHOWN) and isinstance(after, ast.Expr)
+                    if isinstance(before, ast.Return) and logs:
+                        yield (
+                            after.lineno,
+                            f"this never runs: the `return` of line {before.lineno - skipped} ends the function.",
+                        )
 
 
 def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:
