@@ -580,6 +580,39 @@ def test_a_server_that_dies_at_its_first_goal_is_told_then_and_not_started_again
     assert started == ["lift_server.py"]
 
 
+FREED = "        self.blocked = request.data\n"
+TOOK_OVER = "if self.blocked or self.newest is not goal_handle:"
+UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (FREED, f"        self.floor *= request.data or not self.blocked\n{FREED}",
+         ", as before: the feedback of a goal for floors 0 and 9 must begin with ("),
+        each_night("time.sleep(period)", "time.sleep(min(0.5, period))",
+                   "started with a step_period of 0.7, its first step was reported after 0."),
+        each_night(UP, f"{UP}            if left[0] < self.floor and self.floor in left:\n"
+                   "                stops.append(left.pop(left.index(self.floor, 1)))\n",
+                   "a goal for floors 0 and 1 must stop at [0, 1] in this order, and said [1, 0]"),
+        each_night("all(0 <= floor <= top for floor in goal.floors)",
+                   "max(goal.floors) <= top and goal.floors[-1] >= 0",
+                   "a goal for [2, -1, 1] ended as "),
+        each_night("            if goal_handle.is_c",
+                   "            while self.blocked and not stops:\n                time.sleep(0.05)\n"
+                   "            if goal_handle.is_c",
+                   "with a blocked shaft, a new goal that needs a step at once, ended as nothing"),
+        each_night(TOOK_OVER, TOOK_OVER.replace("self.newest", "left[0] > self.floor and self.newest"),
+                   "a goal on its way down that another one took over from made "),
+        each_night("        return CancelResponse.ACCEPT", "        return CancelResponse(1 + (self.floor > 0))",
+                   "a goal that was cancelled as soon as it was accepted ended as succeeded, not as canceled"),
+    ],
+)  # fmt: skip
+def test_the_check_of_the_lift_refuses_what_breaks_a_promise(empty, old, new, says):
+    files = answers.changed(answers.solution("actions"), "lift_server.py", (old, new))
+    assert says in Page("actions").judge(files, "lift-server")["lift-server"]
+
+
 @pytest.mark.matrix  # a right answer on a slow machine; test_the_reference_passes
 def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(empty, monkeypatch):
     session = live.live()
