@@ -386,6 +386,11 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
         each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)",
                    "a, b, operation = sys.argv[0], sys.argv[1], sys.argv[2]",
                    "sys.argv[2]\nThe first of these words is the program's name"),
+        ("calculator-server", SERVER, "response.result = request.a * request.b",
+         "response.result = round(request.a * request.b, 12)", "2e-07 multiply 3e-07 gave 0.0"),
+        ("calculator-server", SERVER, "        response.success = True\n        if",
+         "        response.success = True\n        request.operation.encode('ascii')\n        if",
+         "UnicodeEncodeError: 'ascii' codec can't encode"),
         ("calculator-server", SERVER, "info(\n            f'Request", "debug(\n            f'Request",
          "self.get_logger().debug(\nWhat is logged with `debug` is not shown by default: use `info`."),
         each_night("calculator-server", SERVER, "f'Request: a={request.a}", "'Request: a={request.a}",
@@ -808,7 +813,7 @@ SENTENCES = [
         "lift_server.py",
         "        self.blocked = request.data\n",
         "        self.blocked = self.blocked or request.data\n",
-        "with a free shaft again, a goal that needs a step ended as aborted, not as succeeded",
+        "and began with []",
     ),
     each_night(
         "actions",
@@ -1176,7 +1181,7 @@ SENTENCES = [
         "lift_server.py",
         "time.sleep(period)",
         "time.sleep(0.25)",
-        "started with a step_period of 0.5, its first step was reported after 0.2",
+        "started with a step_period of 0.7, its first step was reported after 0.2",
     ),
     each_night(
         "actions",
@@ -1238,7 +1243,7 @@ SENTENCES = [
         "calculator_server.py",
         "request.a * request.b",
         "round(request.a * request.b, 9)",
-        "2e-06 multiply 3e-06 gave 0.0",
+        "2e-07 multiply 3e-07 gave 0.0",
     ),
     each_night(
         "calculator",
