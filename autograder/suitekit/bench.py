@@ -56,7 +56,11 @@ class Bench:
     def new_domain(self) -> int:
         """Return a ROS domain that this grading has not used yet, so that no earlier messages are received in it."""
         if not self._domains:
-            raise TimedOut("Not tested: your programs had to be started again too often.")
+            raise TimedOut(
+                "Not tested: the tests before have used up the starts that the grader has for your programs. It starts "
+                "a program again when that has ended, when an answer did not come in time, or when a test needs a "
+                "fresh start."
+            )
         return self._domains.pop()
 
     def enter(self, domain: int, threads: int = 1) -> Ros:

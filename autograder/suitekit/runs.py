@@ -18,6 +18,10 @@ MOST = 0.95  # of the time that a client must wait for an answer, which may begi
 GRACE = 3.0  # s more for a program to load on a busy machine
 SIGNALLED = 128  # exit statuses from here on mean a signal, not the program's own exit
 SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}
+CAUSES = {  # what may be behind a signal that the program's text does not name
+    "SIGABRT": " A possible cause is a thread that still spins when main ends: stop its executor, or shut rclpy down, "
+    "and join the thread first."
+}
 RANGE = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
 CHOICE = re.compile(r"\{([^{}|]+(?:\|[^{}|]+)+)\}")
 
@@ -202,10 +206,10 @@ def expect_words(
 
 
 def _expect_own_end(file: str, program: Program, doing: str) -> None:
-    if not program.raised and (program.exit_status or 0) in SIGNALS:
+    if not program.raised and (ended_by := SIGNALS.get(program.exit_status or 0)):
         raise Crashed(
-            f"{file}, run {doing}, was ended by the signal {SIGNALS[program.exit_status or 0]}, and not by its own "
-            "end: return from main, or call sys.exit, when everything is said."
+            f"{file}, run {doing}, was ended by the signal {ended_by}, and not by its own end: return from main, or "
+            f"call sys.exit, when everything is said.{CAUSES.get(ended_by, '')}"
         )
 
 

@@ -70,6 +70,16 @@ def test_one_of_several_messages_must_come(monkeypatch):
     assert messages.others("services", "asks twice", {"asks": "It sent 7."}) == {"asks": "It sent 7."}
 
 
+def test_how_far_a_quotient_is_rounded_is_told_also_when_its_last_digits_are_0():
+    """Rounded to 12 decimals, of which the twelfth is 0, it was told as rounded to 11."""
+    assert likeness(round(50 / 7, 2), 50.0, "divide", 7.0) == "that, rounded to 2 decimals"
+    for a in range(1000, 2000):
+        for digits in range(1, 13):
+            if (rounded := round(a / 997, digits)) != a / 997:
+                said = likeness(rounded, float(a), "divide", 997.0)
+                assert re.search(rf"\b{digits} (?:or \d+ )*decimals?$", said) or said.startswith("a"), (a, digits, said)
+
+
 def test_a_rounded_quotient_is_never_taken_for_another_number():
     """Whatever is drawn: a // b may be b, and a student was told that the result is b."""
     for drawn in map(plain_numbers, map(random.Random, range(3000))):

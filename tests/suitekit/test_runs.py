@@ -77,6 +77,7 @@ def test_a_client_that_gives_up_with_words_passes():
         (Program(status=0), Wrong, "exit status other than 0"),
         (Program(output=" \n"), Wrong, "it printed nothing"),
         (Program(status=134), Crashed, "ended by the signal SIGABRT"),
+        (Program(status=134), Crashed, "a thread that still spins when main ends"),
         (Program(status=139), Crashed, "ended by the signal SIGSEGV"),
         (Program(raised=True, output="ValueError"), Crashed, "died: ValueError"),
         (Program(stopped="it printed too much"), Crashed, "was stopped: it printed too much"),
@@ -200,3 +201,15 @@ def test_no_program_can_tell_from_its_domain_what_is_tested():
         for bench in (Bench({}, None, threads, None, 7) for _ in "ab")
     }
     assert len(orders) == 2 and {frozenset(order) for order in orders} == {frozenset(threads.domains)}
+
+
+def test_starts_that_are_used_up_are_not_laid_to_the_programs():
+    """Many starts are the grader's own: a test may need a fresh program, and a busy machine may have been slow."""
+    bench = Bench({}, None, SimpleNamespace(domains=[7]), None, 7)
+    bench.new_domain()
+    with pytest.raises(TimedOut) as caught:
+        bench.new_domain()
+    assert caught.value.message == (
+        "Not tested: the tests before have used up the starts that the grader has for your programs. It starts a "
+        "program again when that has ended, when an answer did not come in time, or when a test needs a fresh start."
+    )

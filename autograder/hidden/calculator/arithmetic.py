@@ -36,12 +36,17 @@ def likeness(result: float, a: float, operation: str, b: float) -> str:
     for words, value in like.items():
         if value != right and math.isclose(result, value, rel_tol=1e-12):
             return words
-    for digits in range(13):
-        if result == round(right, digits):
-            to = f"{digits} decimal{'s' * (digits > 1)}" if digits else "a whole number"
-            return f"that, rounded to {to}"
+    if rounded := [digits for digits in range(16) if result == round(right, digits)]:
+        return f"that, rounded to {_decimals(rounded)}"
     if math.isfinite(right) and result == math.floor(right):
         return "that, rounded down"
     if math.isclose(result, right, rel_tol=ABOUT_RIGHT):
         return "close to that, but not the same"
     return "a number that none of the four operations makes of them"
+
+
+def _decimals(numbers: list[int]) -> str:
+    """Return to how many decimals a number may have been rounded: several, when the last ones are 0."""
+    some = " or ".join(str(digits) for digits in numbers if digits)
+    ways = ["a whole number"] * (0 in numbers) + [f"{some} decimal{'s' * (some != '1')}"] * bool(some)
+    return " or to ".join(ways)

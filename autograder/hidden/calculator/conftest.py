@@ -38,11 +38,11 @@ def runs(bench: Bench) -> ClientRuns:
 
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     operation = rng.choice(["subtract", "multiply", "divide"])
-    result = -rng.randrange(1_000_000, 9_000_000) - 0.5
-    # As a message may be: longer than a line, with capitals, and with punctuation at its end too.  With a result, which
-    # means nothing in a refusal.
+    result = -rng.randrange(1_000_000_000, 9_000_000_000) - 0.5  # with its decimal, all digits that most formats lose
+    # As a message may be: longer than a line, with capitals, two blanks in a row and letters outside of ASCII, and with
+    # punctuation at its end too.  With a result, which means nothing in a refusal.
     start = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}"
-    reason = f"{start}; {' '.join(word(7) for _ in range(12))}. {word(6)}!.."
+    reason = f"{start}; {' '.join(word(7) for _ in range(12))}.  {word(4).capitalize()}ü{word(3)}é!.."
     noise = word(6)
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
@@ -61,6 +61,7 @@ def runs(bench: Bench) -> ClientRuns:
         speechless=Call(speechless, p, "0", "divide"),
         absent=bench.early["absent"],
         misused={
+            "without any argument": refusing.run(),
             "with too few arguments": refusing.run(p, q),
             "with too many arguments": refusing.run(p, q, operation, "add"),
             "with a word in the place of the first number": refusing.run(noise, q, operation),

@@ -2,6 +2,7 @@
 
 import math
 import random
+import re
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -22,6 +23,7 @@ SERVICE = "/calculator"
 CLIENT = "calculator_client.py"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
 SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a result has, but not six
+MINUS = re.compile(r"[-\u2212]\s*(?=\d)")  # as a sign may be printed: as "−", or with blanks behind it
 SYLLABLE = 4  # letters of a word that may stand in any text, so that it is not hidden from it
 TRIES = 3  # runs of a client that has not shown what it must, while a server was there
 QUOTED = 60  # characters of a text that a message shows
@@ -174,23 +176,25 @@ class Calculator(Server):
         return True
 
     def logs_result(self, question: Question, limit: float) -> bool:
-        """Whether asking this adds its result to the log within `limit` s; signs do not count.
+        """Whether asking this adds its result to the log within `limit` s; a negative one with its sign.
 
         A program that logs hundreds of numbers like the result has not logged it; whole numbers, with which many count
         what they do, are not like one that is not whole.
         """
         found: list[float] = []
         seen = Counter(self.log.splitlines())
-        size = abs(self.ask(*question).result)
+        result = self.ask(*question).result
+        size = abs(result)
 
         def logged() -> bool:
             nonlocal seen  # each line is read once: a talkative program pushes its own lines out of what is kept
             lines = Counter(self.log.splitlines())
-            found.extend(map(abs, numbers("\n".join((lines - seen).elements()))))
+            found.extend(numbers(MINUS.sub("-", "\n".join((lines - seen).elements()))))
             seen |= lines
-            alike = [number for number in found if size.is_integer() or not number.is_integer()]
+            alike = [abs(number) for number in found if size.is_integer() or not number.is_integer()]
             return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and any(
-                abs(number - size) <= ROUNDING + SEVEN_DIGITS * size for number in found
+                abs(abs(number) - size) <= ROUNDING + SEVEN_DIGITS * size and (result >= 0.0 or number < 0.0)
+                for number in found
             )
 
         return wait_until(logged, limit)

@@ -7,6 +7,7 @@ stay with the grader.  A refusal, a log or an end earns points only with a progr
 """
 
 import contextlib
+import json
 import math
 import random
 import re
@@ -418,6 +419,7 @@ def test_logs_responses(calculator: Calculator, left_alone: LeftAlone, rng: rand
                 f"After the response to '{operation}', the server must have logged (or printed) the response's result, "
                 "rounded to two decimals at most. No log line since the request has this number."
             )
+    expect_log_of_results(calculator, rng, wait)
     for operation, about in (("divide", "a division by zero"), ("modulo", "an unknown operation")):
         if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):
             raise Wrong(
@@ -429,6 +431,25 @@ def test_logs_responses(calculator: Calculator, left_alone: LeftAlone, rng: rand
             "The server must log (or print) each response, also the first one after its start. The log does not have "
             "the result of the first response, in each of two starts; later ones it has."
         )
+
+
+def expect_log_of_results(calculator: Calculator, rng: random.Random, wait: float) -> None:
+    """A result of 0, and a negative one with its sign, are logged as others are."""
+    zero, negative = (lambda result: result == 0.0), (lambda result: result < 0.0)
+    for about, fits, ways in [
+        ("a result of 0", zero, [(1, "subtract", 1), (1, "add", -1)]),
+        ("a negative result, with its sign", negative, [(1, "subtract", 3), (-1, "add", -2), (-1, "multiply", 2)]),
+    ]:
+        for p, operation, q in ways:
+            first, *others = [(p * x, operation, q * x) for x in (rng.randrange(1009, 2999) + 0.25 for _ in "123")]
+            # Whether it is done, and its result, other tests judge.
+            if operation in calculator.abilities and (done := calculator.ask(*first)).success and fits(done.result):
+                if not any(calculator.logs_result(question, wait) for question in others):
+                    raise Wrong(
+                        f"The log must have the result of each response, also {about}. After a response to "
+                        f"'{operation}' with such a result, no log line since the request has it."
+                    )
+                break
 
 
 @points(1, cell="calculator-client")
@@ -523,7 +544,7 @@ def answered(call: Call, result: str) -> str:
 def shows_result(runs: ClientRuns) -> bool:
     """Whether the client has shown the result that the server has answered."""
     result = runs.answered.response.result
-    found = [number for number in numbers(runs.answered.run.output) if 1e6 <= abs(number) <= 9e6 + 1]  # as results
+    found = [number for number in numbers(runs.answered.run.output) if 1e9 <= abs(number) <= 9e9 + 1]  # as results
     return len(found) <= CHATTER and any(abs(number - result) < SHOWN for number in found)
 
 
@@ -552,9 +573,20 @@ def test_client_shows_message(runs: ClientRuns) -> None:
     if not call.comes_to(lambda: message in call.run.output):
         output = call.run.finish("with a server that refuses").output
         raise Wrong(
-            f"When success is False, the client must show the message of the response as it is. {call.what_it_did}",
+            "When success is False, the client must show the message of the response as it is. "
+            f"{call.what_it_did}{how_differs(message, output)}",
             f"answered {message!r}, shown: {output}",
         )
+
+
+def how_differs(message: str, output: str) -> str:
+    """Return how the output differs from a message that it has almost, as a sentence for the student; else nothing."""
+    if in_one_line(message) in in_one_line(output):
+        return " It has the words of the message, with other blanks or line ends between them."
+    escaped = [message.encode("ascii", how).decode() for how in ("backslashreplace", "replace", "ignore")]
+    if any(way in output for way in (*escaped, json.dumps(message)[1:-1])):
+        return " It has the message, but for the letters outside of ASCII (such as é)."
+    return ""
 
 
 @points(0.5, cell="calculator-client")

@@ -658,6 +658,14 @@ WRONG = {
         server(("            f'message={response.message}')", "            'message=')")),
         {"logs_responses"},
     ),
+    "logs no result of 0": (
+        server((LOG_RESPONSE, "        if response.result or response.message:\n" + "    " + indented(LOG_RESPONSE))),
+        {"logs_responses"},
+    ),
+    "logs results without their sign": (
+        server(("result={response.result} ", "result={abs(response.result)} ")),
+        {"logs_responses"},
+    ),
     "logs no refusals": (
         server(
             (LOG_RESPONSE, "        if response.success:\n" + LOG_RESPONSE.replace("        self", "            self"))
@@ -878,6 +886,18 @@ WRONG = {
         client(("remove_ros_args(args)", "remove_ros_args(args)[:4]")),
         {"client_arguments"},
     ),
+    "client looks for an option before it counts its arguments": (
+        client(
+            (
+                "        _, a, b, operation = remove_ros_args(args)\n",
+                (
+                    "        if remove_ros_args(args)[1] == '--help':\n            raise ValueError\n"
+                    "        _, a, b, operation = remove_ros_args(args)\n"
+                ),
+            )
+        ),
+        {"client_arguments"},
+    ),
     "client looks at the first number alone": (
         client(
             ("a, b = float(a), float(b)", "a = float(a)"),
@@ -1066,6 +1086,14 @@ WRONG = {
         ),
         {"client_shows_result"},
     ),
+    "client shows one blank for two": (
+        client(("{response.message}", '{" ".join(response.message.split())}')),
+        {"client_shows_message"},
+    ),
+    "client shows the message in ASCII": (
+        client(("{response.message}", "{ascii(response.message)[1:-1]}")),
+        {"client_shows_message"},
+    ),
     "client wraps the message": (
         client(
             ("import sys\n", "import sys\nimport textwrap\n"),
@@ -1122,6 +1150,7 @@ WRONG = {
         client(("float(a), float(b)", "float(int(float(a))), float(int(float(b)))")),
         {"client_sends"},
     ),
+    "client shows eight digits": (client(("{response.result}", "{response.result:.8g}")), {"client_shows_result"}),
     "client shows a whole number": (client(("{response.result}", "{response.result:.0f}")), {"client_shows_result"}),
     "client sleeps until the answer is there": (
         client((ASKS, SLEEPS)),
@@ -1331,6 +1360,8 @@ DETAIL = {
     "logs nothing",
     "logs no refused requests",
     "logs no refusals",
+    "logs no result of 0",
+    "logs results without their sign",
     "logs the operation in small letters",
     "logs a request only when it is another than the one before",
     "client asks three times",
@@ -1340,8 +1371,12 @@ DETAIL = {
     "client sends the operation without blanks",
     "client takes an empty operation for a missing one",
     "client makes a result a whole number when it is one",
+    "client looks for an option before it counts its arguments",
     "client wraps the message",
+    "client shows one blank for two",
+    "client shows the message in ASCII",
     "client shows six digits",
+    "client shows eight digits",
     "client writes the message in small letters",
     "client refuses a division by zero itself",
     "client takes no more than three words",
