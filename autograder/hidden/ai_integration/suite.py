@@ -130,12 +130,13 @@ def test_looks_for_a_wall(agent: Agent, rng: random.Random) -> None:
 def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
     """It steers towards 0.6 m from the wall, the more the farther it is from that, and at most by 0.5 rad/s."""
     distances = [rng.uniform(*span) for span in ((0.3, 0.45), (0.45, 0.59), (0.61, 0.75), (0.75, 0.92))]
+    beside = [0.6 - rng.uniform(0.002, 0.008), 0.6 + rng.uniform(0.002, 0.008)]  # the least error is steered against
     sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), rng.uniform(1.16, 1.195), 0.0]
     rng.shuffle(distances)
     agent.expect(
         *(
             one
-            for right in distances
+            for right in [*distances, *beside]
             for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")
         ),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
@@ -150,12 +151,16 @@ def test_thresholds(agent: Agent, patient: Agent, rng: random.Random) -> None:
     near, beside, lost, far = (rng.uniform(*span) for span in ((0.2, 0.28), (0.5, 0.8), (2.0, 4.0), (2.0, 4.0)))
     asked = [(near, beside), (0.5, beside), (0.501, beside), (0.5, lost), (0.501, lost)]
     asked += [(far, lost), (far, 1.2), (far, 1.199), (0.5, 1.2), (0.501, 1.199)]
-    others = [0, 7, 5, 2]  # a little nearer than lost after a turn, and a little beyond near after a search
-    again = [*others, *rng.sample([number for number in range(len(asked)) if number not in others], len(asked) - 4)]
+    asked += [(0.499, beside), (far, 1.201)]
+    # A little on either side of each threshold after every rule: a little nearer than lost (7) and a little beyond near
+    # (2) after another rule; a little near (10) and a little lost (11) also after their own, which may hold on to them.
+    others = [0, 7, 11, 5, 2, 0, 10, 5, 11, 5, 10]
+    rest = [number for number in range(len(asked)) if number not in others]
+    again = [*others, *rng.sample(rest, len(rest))]
     again += (kept := [0, 5, 7])  # one decision of each rule, for a long time
     answers = agent.ask(*asked, *(asked[number] for number in again), last=len(kept), times=LONG, pause=A_WHILE)
     turns, at_half, beyond_half, at_half_lost, beyond_half_lost = answers[:5]
-    searches, at_lost, before_lost, at_both, beyond_both = answers[5 : len(asked)]
+    searches, at_lost, before_lost, at_both, beyond_both = answers[5:10]
     # A threshold that makes no difference is judged by another test.
     sees_ahead, sees_right = not is_close(turns, beyond_half), not is_close(searches, before_lost)
     if not sees_ahead and not sees_right:
@@ -186,7 +191,11 @@ def test_thresholds(agent: Agent, patient: Agent, rng: random.Random) -> None:
         )
     for count, (number, answer) in enumerate(zip(again, answers[len(asked) :], strict=True)):
         if not is_close(answer, answers[number]):
-            when = "other decisions" if count < len(asked) else f"many decisions, the last one {A_WHILE} s before,"
+            when = (
+                "other decisions"
+                if count < len(again) - len(kept)
+                else f"many decisions, the last one {A_WHILE} s before,"
+            )
             raise Wrong(
                 "The same two distances must lead to the same decision, whatever was decided before: first it said "
                 f"{said(answers[number])}, and after {when} {said(answer)}.",

@@ -909,6 +909,18 @@ WRONG = {
         agent(("if right > 1.2:", "if right > (1.0 if self.state is State.LOOKING else 1.2):")),
         {"thresholds"},
     ),
+    "loses a wall only beyond 1.25 m": (
+        agent(("if right > 1.2:", "if right > (1.2 if self.state is State.LOOKING else 1.25):")),
+        {"thresholds"},
+    ),
+    "sees a wall ahead only from 0.45 m on": (
+        agent(("if front < 0.5:", "if front < (0.5 if self.state is State.WALL_AHEAD else 0.45):")),
+        {"thresholds"},
+    ),
+    "steers only when it is off by 2 cm": (
+        agent(("1.5 * (0.6 - right)", "1.5 * (0.6 - right) if abs(0.6 - right) >= 0.02 else 0.0")),
+        {"keeps_its_distance"},
+    ),
     "the agent uses a ROS package when it decides": (
         agent(("        front, right =", "        import rclpy.node  # noqa\n        front, right =")),
         {"agent_needs_no_ros"},
@@ -1373,6 +1385,8 @@ DETAIL = {
     "lost at 1.2 m",
     "exactly 0.5 m ahead is near when there is no wall",
     "looks for a wall until it is near",
+    "loses a wall only beyond 1.25 m",
+    "sees a wall ahead only from 0.45 m on",
     "gives up a curve that it drives for long",
     "three scans before it drives again",
     "turns on until the way is clear",
