@@ -61,9 +61,9 @@ def runs(bench: Bench) -> ClientRuns:
         speechless=Call(speechless, p, "0", "divide"),
         absent=bench.early["absent"],
         misused={
-            "without any argument": refusing.run(),
             "with too few arguments": refusing.run(p, q),
             "with too many arguments": refusing.run(p, q, operation, "add"),
+            "without any argument": refusing.run(),
             "with a word in the place of the first number": refusing.run(noise, q, operation),
             "with a word in the place of the second number": refusing.run(p, noise, operation),
         },
