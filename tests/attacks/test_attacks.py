@@ -47,9 +47,7 @@ def test_its_page_is_safe(reports, name):
         assert "&lt;script&gt;" in page
     if "templates" in name:
         assert "{% for x in range" in page and "xxx" not in page
-    own = b"".join(ATTACKS[name][0].values()).decode(
-        errors="replace"
-    )  # what it prints itself may be shown
+    own = b"".join(ATTACKS[name][0].values()).decode(errors="replace")  # what it prints itself may be shown
     for detail in report.details.values():
         for number in re.findall(r"\d{4,}\.\d+", detail):
             assert number in own or number not in page
