@@ -381,7 +381,8 @@ SPIN = "        rclpy.spin_until_future_complete(self, future, timeout_sec=timeo
         each_night("calculator-client", CLIENT, "sys.exit(main())", "main()",
                    "must end with an exit status other than 0\n"
                    "  calculator_client.py, line 55\n    main()\nThis drops what "),
-        each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)", "a, b, operation = sys.argv",
+        each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)",
+                   "a, b, operation = sys.argv",
                    "    a, b, operation = sys.argv\nThe first of these words is the program's name, and nothing in"),
         each_night("calculator-client", CLIENT, "_, a, b, operation = remove_ros_args(args)",
                    "a, b, operation = sys.argv[0], sys.argv[1], sys.argv[2]",

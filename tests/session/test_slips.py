@@ -85,19 +85,20 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
         ("while self.free == 1 or True: pass", ""),
         ("if self.free == 1 and 'b': pass", ""),
         ("self.free = 1 if params and (each > 0 for each in params) else 0",
-         "line 13: `(each > 0 for each in params)` is a generator, which is always true. Write "
-         "`all(each > 0 for each in params)`, or `any(each > 0 for each in params)`."),
+         ("line 13: `(each > 0 for each in params)` is a generator, which is always true. Write "
+          "`all(each > 0 for each in params)`, or `any(each > 0 for each in params)`.")),
         ("if all(each > 0 for each in params): pass", ""),
         ("if not self.client.service_is_ready: pass",
-         "line 13: `self.client.service_is_ready` is the method itself, which is always true. Call it: "
-         "`self.client.service_is_ready()`."),
+         ("line 13: `self.client.service_is_ready` is the method itself, which is always true. Call it: "
+          "`self.client.service_is_ready()`.")),
         ("while rclpy.ok and self.free: pass",
          "line 13: `rclpy.ok` is the method itself, which is always true. Call it: `rclpy.ok()`."),
         ("if self.future.done: pass", ""),
         ("self.get_logger().info('given {params}')",
          "line 13: 'given {params}' shows its braces as they are: write `f` before the first quotation mark."),
         ("self.reason = 'not {self.free:.1f} free'",
-         "line 13: 'not {self.free:.1f} free' shows its braces as they are: write `f` before the first quotation mark."),
+         ("line 13: 'not {self.free:.1f} free' shows its braces as they are: write `f` before the first "
+          "quotation mark.")),
         ("print(f'given {params}', '{params}')", ""),
         ("print('{params}'.format(params=params))", ""),
         ("print('{a}: {data}')", ""),
