@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any, cast
 
 from action_msgs.msg import GoalStatus
+from action_msgs.srv import CancelGoal
 from rclpy.action import (
     ActionClient,
     ActionServer,
@@ -49,6 +50,7 @@ class Goal:
         self.cancel_sent = 0.0
         self.cancel_accepted: bool | None = None  # None: no answer yet
         self.cancel_answered = 0.0
+        self.refusals = 0  # answers that it cannot be cancelled, though it is known and has not ended
         self.status = ""  # its final status, a word of STATUS; empty while it runs
         self.result: Any = None
         self.ended = 0.0
@@ -72,7 +74,7 @@ class Goal:
 
     def cancel(self) -> None:
         """Ask the server to cancel it; does not wait for the answer."""
-        self.cancel_sent = time.monotonic()
+        self.cancel_sent, self.cancel_accepted = time.monotonic(), None
         self._handle.cancel_goal_async().add_done_callback(self._on_cancel)
 
     @property
@@ -105,7 +107,9 @@ class Goal:
 
     def _on_cancel(self, future: Any) -> None:
         with self._news:
-            self.cancel_accepted, self.cancel_answered = bool(future.result().goals_canceling), time.monotonic()
+            response = future.result()
+            self.cancel_accepted, self.cancel_answered = bool(response.goals_canceling), time.monotonic()
+            self.refusals += not self.cancel_accepted and response.return_code == CancelGoal.Response.ERROR_NONE
             self._news.notify_all()
 
     def _on_end(self, future: Any) -> None:

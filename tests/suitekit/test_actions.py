@@ -4,10 +4,12 @@ from types import SimpleNamespace
 
 import pytest
 import rclpy
+from action_msgs.srv import CancelGoal
 from course_interfaces.action import Fibonacci, Lift
 from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.task import Future
 
 from autograder.suitekit import ActionCaller, Goal, Heard, Ros, offered_actions, sought_actions
 from autograder.suitekit.ros import published
@@ -78,3 +80,17 @@ def test_news_of_a_goal():
     assert not goal.wait_for_news(0.05), "that had come before"
     goal.status = "SUCCEEDED"
     assert goal.wait_for_news(0.05)
+
+
+@pytest.mark.parametrize(
+    ("code", "refusals"),
+    [(CancelGoal.Response.ERROR_NONE, 2), (CancelGoal.Response.ERROR_GOAL_TERMINATED, 0)],
+    ids=["refused by its server", "the goal has ended"],
+)
+def test_who_refuses_to_cancel_a_goal_that_has_not_ended(code, refusals):
+    goal, answer = Goal(lambda: True), Future()
+    answer.set_result(CancelGoal.Response(return_code=code))
+    goal.on_answer(SimpleNamespace(result=lambda: SimpleNamespace(accepted=False, cancel_goal_async=lambda: answer)))
+    for _ in range(2):
+        goal.cancel()
+    assert (goal.cancel_accepted, goal.refusals) == (False, refusals)

@@ -43,6 +43,7 @@ class Preemption:
 
     rides: list[Ride]
     running: bool  # the first one still ran when the second was sent
+    refused: bool = False  # a goal that another one had taken over from could not be cancelled
 
 
 @dataclass
@@ -258,7 +259,26 @@ class Busy(Server):
             return None
         if goal.accepted and not self.over(goal, floors, limit):
             return self.unfinished(goal) if alive() else None
-        return Preemption([first, second, Ride(floors, goal)], running)
+        return Preemption([first, second, Ride(floors, goal)], running, self._refuses_replaced(limit, alive))
+
+    def _refuses_replaced(self, limit: float, alive: Alive) -> bool:
+        """Whether a goal in its first step, from which another one takes over, cannot be cancelled any more.
+
+        It is asked for twice: when it ends just as its server decides about a cancel, the answer is the same, once.
+        """
+        rides = []
+        for floors in ([self.away()], [self.place]):
+            goal = self.give(floors, alive, limit)
+            if goal is None or not goal.accepted:
+                break
+            rides.append(Ride(floors, goal))
+        else:
+            for _ in range(2):
+                rides[0].goal.cancel()
+                rides[0].goal.wait(lambda g: g.cancel_accepted is not None, self.bench.clock.allow(limit))
+        for ride in rides:
+            self.soon_over(ride, limit)
+        return bool(rides) and rides[0].goal.refusals > 1
 
     def _block(self, limit: float, alive: Alive) -> Blocking | Fault | None:
         ride = self.begin_long(alive, limit)

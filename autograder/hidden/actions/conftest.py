@@ -72,7 +72,7 @@ def clients(bench: Bench) -> dict[str, Encounter]:
         "abort": Encounter(bench, "abort"),
         "cancel": Encounter(bench, "cancel", cancel_after=after),
         "at once": Encounter(bench, "cancel", cancel_after=0),
-        "late": Encounter(bench, "late", cancel_after=2),
+        "late": Encounter(bench, "late", cancel_after=2, lasts=LONG),
         "few": Encounter(bench, "succeed", cancel_after=NEVER, lasts=LONG),
         "wide": Encounter(bench, "at once", WIDE),
     }

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
@@ -21,13 +21,14 @@ FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
 WIDE = (1_000, 10_000)  # floors that only the server can refuse
 LONG = 11.0  # s that a goal takes for a client that must wait for its end
 EARLY = 0.3  # s that a client is given to cancel too early
+AFTER = 2  # feedback messages to a client that has cancelled its goal
 PATIENT = 4.0  # s that it is given to cancel at all, or to print what it has heard
 MOST_FEEDBACK = 29  # messages to a client that never cancels
 NUMBERS = (10**4, 10**9)  # that a client gets: nothing else that it prints looks like them
 THREADS = 4  # of the server for the client: its goal, a cancel, and two to spare
 LOOK, LOOKED = 0.2, 10.0  # s between two looks which action a client asks for, and until the last look
 SAID = 100  # characters of what a client printed, in a message
-FEW = 4  # feedback messages of a goal that nobody cancels
+FEW = 4  # feedback messages of a goal that nobody cancels, without the last two
 
 
 class Called(NamedTuple):
@@ -76,6 +77,7 @@ class Encounter:
             self.floors[1:2] = 0, self.floors[0]
         self.feedback = [(rng.randrange(*NUMBERS), rng.randrange(*NUMBERS)) for _ in range(FEW)]
         self.feedback.append(self.feedback[-1])  # two that are alike are two messages
+        self.feedback.append((rng.randrange(*NUMBERS), 0))  # as at the end of each goal that succeeds
         self.result = Lift.Result(floor=rng.randrange(*NUMBERS))
         if self.cancel_after != 0:  # a goal that is cancelled at once has made no stops
             low, high = sorted(rng.sample(range(*NUMBERS), 2))
@@ -83,6 +85,7 @@ class Encounter:
         self.goals: list[list[int]] = []
         self.early: Counter[float] = Counter()  # the numbers that were printed before the goal ended
         self.before_cancel: int | None = None  # feedback messages sent when the cancel came
+        self.after_cancel: list[tuple[int, int]] = []  # those that were sent after it, and before the result
         self._came = threading.Event()  # a goal
         self._sought: list[str] = []  # the actions that the client asked for
         self._fault: Fault | None = None  # how the run ended, when it did not end well
@@ -136,8 +139,11 @@ class Encounter:
 
     @property
     def shown(self) -> Counter[float]:
-        """The numbers of the feedback, with how often a client that prints all of it prints them."""
-        return Counter(float(number) for message in self.feedback for number in message)
+        """The numbers of the feedback, with how often a client that prints all of it prints them.
+
+        Without a 0, for which it may have a word.
+        """
+        return drawn_numbers(self.feedback)
 
     def excerpt(self, output: str) -> str:
         """Return what the client has printed, as its student may read it."""
@@ -200,8 +206,7 @@ class Encounter:
                 time.sleep(FEEDBACK_PAUSE)
             # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
             wait_until(lambda: self.shown <= self._printed(), PATIENT)
-            lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
-            self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
+            self._last_from(begun)
         self.early = self._printed()
         (handle.abort if self.script == "abort" else handle.succeed)()
         return self.result
@@ -209,13 +214,19 @@ class Encounter:
     def _printed(self) -> Counter[float]:
         return Counter(numbers(self._run.output))
 
-    def _tell(self, handle: Any, number: int) -> None:
+    def _last_from(self, begun: float) -> None:
+        """Wait until the goal, which began then (s), has lasted as long as it should, or the client has ended."""
+        lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
+        self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
+
+    def _tell(self, handle: Any, number: int) -> tuple[int, int]:
         floor, left = self.feedback[number % len(self.feedback)]
         handle.publish_feedback(Lift.Feedback(floor=floor, stops_left=left))
+        return floor, left
 
     def _wait_for_cancel(self, handle: Any) -> Any:
         """Publish feedback, and note after which message the client cancels."""
-        wanted = self.cancel_after or 0
+        wanted, begun = self.cancel_after or 0, time.monotonic()
         waits = {wanted - 1: EARLY, wanted: PATIENT}
         for number in range(MOST_FEEDBACK + 1):
             if number:
@@ -229,8 +240,15 @@ class Encounter:
             )  # the result comes later than the answer to the cancel, as from a cabin that ends its step
             handle.canceled()
             return self.result
-        for number in range(2):  # it cannot be stopped any more
-            self._tell(handle, number)
+        last = MOST_FEEDBACK if self.before_cancel is None else self.before_cancel
+        for number in range(last + 1, last + 1 + AFTER):  # it cannot be stopped any more
+            self.after_cancel.append(self._tell(handle, number))
             time.sleep(FEEDBACK_PAUSE)
+        self._last_from(begun)  # so that a client that prints these messages has printed them
         handle.succeed()
         return self.result
+
+
+def drawn_numbers(feedback: Iterable[tuple[int, int]]) -> Counter[float]:
+    """The numbers of feedback messages, with how often each is there, without 0."""
+    return Counter(float(number) for message in feedback for number in message if number)

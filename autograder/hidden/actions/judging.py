@@ -363,11 +363,11 @@ def expect_result(program: Program, run: Encounter, how: str) -> None:
     """The client must have printed the result."""
     printed = {*numbers(program.output)}
     if not {*run.result.stops, run.result.floor} <= printed:
+        missing = "" if run.result.floor in printed else ", and not the floor"
+        did = f"printed {len({*run.result.stops} & printed)} of {len(run.result.stops)} stops{missing}"
         raise Wrong(
             f"The client must print the result, its stops and its floor, however the goal ended. Here it {how}, "
-            "and the "
-            f"client printed {len({*run.result.stops} & printed)} of {len(run.result.stops)} stops"
-            f"{'' if run.result.floor in printed else ', and not the floor'}.",
+            f"and the client {did if run.result.stops else 'did not print the floor'}.",
             f"sent {run.result}, shown: {program.output}",
         )
     stops = list(run.result.stops)

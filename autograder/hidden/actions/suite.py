@@ -27,7 +27,7 @@ from autograder.hidden.actions.conversation import (
     accepted,
 )
 from autograder.hidden.actions.each_way import BLOCKED, CANCEL, PREEMPT, EachWay
-from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, WIDE, Called, Encounter
+from autograder.hidden.actions.encounter import LONG, MOST_FEEDBACK, WIDE, Called, Encounter, drawn_numbers
 from autograder.hidden.actions.idle import PLACE, SHAFT, Idle
 from autograder.hidden.actions.judging import (
     EARLIEST,
@@ -73,13 +73,13 @@ FOUND = 1.0  # s for which the client must wait for a server, by the task
 SLOWER = 0.05
 MANY = 6  # goals that are told of
 MANY_FLOORS = 30  # of a goal that must be accepted
-AGAIN = [2, 1, 2]  # a floor comes twice, though not in a row
+AGAIN = [2, 1, 2, 1, 2]  # floors come again, though not in a row, also when the cabin stands at the first of them
 WHEN = {
     "succeed": "When the goal has succeeded,",
     "reject": "When the goal is rejected,",
     "abort": "When the goal is aborted,",
     "cancel": "When the goal is cancelled,",
-    "late": "When a goal that the client has cancelled succeeds all the same,",
+    "late": f"When a goal that the client has cancelled succeeds all the same, {LONG:.0f} s after it began,",
     "few": f"When a goal succeeds after {LONG:.0f} s, and before the client has received N feedback messages,",
 }
 
@@ -145,7 +145,8 @@ def test_feedback(quick: Quick, cancelled: Cancelled) -> None:
     if heard and heard not in ways and [floor for floor, _ in heard] in [[floor for floor, _ in way] for way in ways]:
         raise Wrong(
             "`stops_left` of the feedback must count the stops still to make, also when a floor comes again later in "
-            f"the goal. Of a goal for the floors {floors} the feedback (floor, stops_left) ended with {heard[-3:]}."
+            f"the goal. Of a goal for the floors {floors} the feedback (floor, stops_left) ended with "
+            f"{heard[1 - len(floors) :]}."
         )
     with quick.sample() as ride:  # a message that comes with the result has come by now
         expect_no_floor_twice(ride.goal, "succeeded")
@@ -308,6 +309,11 @@ def test_cancel_while_waiting(busy: Busy, cancelled: Cancelled) -> None:
             raise Wrong(
                 f"After a cancel, the next goal must be worked on. It told of no step, and {busy.how(others[0].end)}.",
                 f"{others[0].floors}",
+            )
+        if seen.refused:
+            raise Wrong(
+                "Every request to cancel must be accepted, also when a newer goal has just taken over and the goal has "
+                "not ended yet. It was refused then, twice."
             )
 
 
@@ -660,15 +666,34 @@ def test_client_shows_feedback(clients: Mapping[str, Encounter]) -> None:
     run = clients["succeed"]
     with run.judged() as program:
         printed = Counter(numbers(program.output))
-        if not run.shown <= printed:
-            floors, left = (Counter(map(float, part)) for part in zip(*run.feedback, strict=True))
+        *others, last = run.feedback
+        if not drawn_numbers(others) <= printed:
+            floors, left = (Counter(map(float, part)) for part in zip(*others, strict=True))
             raise Wrong(
                 "The client must print each feedback message, its floor and its stops_left, also one that is "
                 "like the one "
-                f"before. Of {len(run.feedback)} messages it printed {(floors & printed).total()} floors and "
+                f"before. Of {len(others)} messages it printed {(floors & printed).total()} floors and "
                 f"{(left & printed).total()} stops_left.",
-                f"sent {run.feedback}, shown: {program.output}",
+                f"sent {others}, shown: {program.output}",
             )
+        if not drawn_numbers([last]) <= printed:
+            raise Wrong(
+                "The client must print each feedback message, also the last one of a goal that succeeds, with 0 stops "
+                f"left. It printed the {len(others)} before that.",
+                f"sent {last}, shown: {program.output}",
+            )
+    late = clients["late"]
+    if late.output and late.before_cancel is not None:  # or else it is another test's
+        with late.judged() as program:
+            printed = Counter(numbers(program.output))
+            if not drawn_numbers(late.after_cancel) <= printed:
+                floors = drawn_numbers((floor, 0) for floor, _ in late.after_cancel)
+                raise Wrong(
+                    "The client must print each feedback message as it comes, also after it has sent its cancel: the "
+                    f"goal goes on until its end. Of {len(late.after_cancel)} messages that came then, it printed "
+                    f"{(floors & printed).total()} floors.",
+                    f"sent {late.after_cancel}, shown: {program.output}",
+                )
 
 
 @points(0.25, cell="lift-client")
@@ -694,6 +719,10 @@ def test_client_shows_result(clients: Mapping[str, Encounter]) -> None:
     for name, how in (("succeed", "succeeded"), ("abort", "was aborted"), ("cancel", "was cancelled")):
         with clients[name].judged() as program:
             expect_result(program, clients[name], how)
+    at_once = clients["at once"]
+    if at_once.output:  # or else it is another test's
+        with at_once.judged() as program:
+            expect_result(program, at_once, "ended before its first stop")
 
 
 @points(0.5, cell="lift-client")

@@ -1307,6 +1307,18 @@ WRONG = {
         ),
         {"cancel"},
     ),
+    "refuses to cancel a goal that another one takes over from": (
+        server(
+            (
+                "        return CancelResponse.ACCEPT",
+                (
+                    "        newest = goal_handle is self.newest\n"
+                    "        return CancelResponse.ACCEPT if newest else CancelResponse.REJECT"
+                ),
+            )
+        ),
+        {"cancel_while_waiting"},
+    ),
     "refuses to cancel a goal that waits": (
         server(
             (
@@ -1405,6 +1417,10 @@ WRONG = {
             )
         ),
         {"stops_where_it_stands"},
+    ),
+    "counts two stops at the same floor as one": (
+        server(("stops_left=len(left)", "stops_left=len(set(left))")),
+        {"feedback"},
     ),
     "counts the stops from the first with this floor": (
         server(
@@ -1912,6 +1928,18 @@ WRONG = {
         ),
         {"client_shows_feedback"},
     ),
+    "client shows no message with 0 stops left": (
+        client((TOLD, "        if now.stops_left:\n    " + TOLD)),
+        {"client_shows_feedback"},
+    ),
+    "client shows no feedback after its cancel": (
+        client(
+            (TOLD, "        if not self.over:\n    " + TOLD),
+            (CANCELS, CANCELS + "            self.over = True\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.over = False\n"),
+        ),
+        {"client_shows_feedback"},
+    ),
     "client shows the feedback at the end": (
         client(
             ("print(f'Feedback: floor {now.floor}, {now.stops_left} stops left')", "self.story.append(now)"),
@@ -1931,6 +1959,10 @@ WRONG = {
     "client shows no result": (client((SHOWN, "")), {"client_shows_result"}),
     "client shows the result of a success alone": (
         client((SHOWN, "        if end.status == GoalStatus.STATUS_SUCCEEDED:\n    " + SHOWN)),
+        {"client_shows_result"},
+    ),
+    "client shows the result with stops alone": (
+        client((SHOWN, "        if end.result.stops:\n    " + SHOWN)),
         {"client_shows_result"},
     ),
     "client shows the stops of the result alone": (
@@ -2088,6 +2120,25 @@ WRONG = {
             (
                 "        return OUTCOMES",
                 "        if self.over:\n            return 'CANCELED'\n        return OUTCOMES",
+            ),
+        ),
+        {"client_waits_for_the_end"},
+    ),
+    "client waits 2 s for the end of a goal that it has cancelled": (
+        client(
+            ("import sys\n", "import sys\nimport time\n"),
+            (CANCELS, CANCELS + "            self.until = time.monotonic() + 2.0\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.until = float('inf')\n"),
+            (
+                "        end = self.wait_for(self.goal_handle.get_result_async())\n",
+                (
+                    "        future = self.goal_handle.get_result_async()\n"
+                    "        while not future.done():\n"
+                    "            rclpy.spin_once(self, timeout_sec=0.1)\n"
+                    "            if time.monotonic() > self.until:\n"
+                    "                return 'CANCELED'\n"
+                    "        end = future.result()\n"
+                ),
             ),
         ),
         {"client_waits_for_the_end"},
