@@ -149,6 +149,10 @@ class Lifecycle(ABC):
         """Return a sentence on what is `wanted` but offered with another type; empty if there is nothing."""
         return ""
 
+    def why_silent(self) -> str:
+        """Return a sentence for the student on what its text has that may be why it gives no answer; or nothing."""
+        return ""
+
     def other_topics(self) -> str:
         """Return a sentence for the student on the topics of the program's nodes; empty if there are none."""
         return ""
@@ -279,7 +283,8 @@ class Lifecycle(ABC):
         """Return the fault of a program that runs but gives no answer, and whether to ask once more."""
         self.end()
         self._silences += 1
-        fault = TimedOut(f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}.")
+        told = f"{self.file} runs, but {what} got no answer within {limit:.0f} s: {self.advice}."
+        fault = TimedOut(f"{told} {self.why_silent()}".rstrip())
         self._silent[what] += 1
         if self._silences > PATIENCE and not self._answered:
             self._give_up(fault)

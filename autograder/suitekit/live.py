@@ -1,5 +1,6 @@
 """A student's program that runs until the grader ends it, and the grader's node that talks to it."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -15,6 +16,10 @@ from course.foundation.waiting import wait_until
 from course.ros.names import type_name
 
 STUCK = "it was stuck with several callers"
+DEAF = (
+    "Its text makes an EventsExecutor, which calls no callback in this version of rclpy: if that one spins your node, "
+    "take a SingleThreadedExecutor or a MultiThreadedExecutor."
+)
 
 Offers = dict[str, Callable[[], bool]]  # what a program must offer, in words for the student, with a test of each
 
@@ -80,6 +85,11 @@ class LiveProgram(Lifecycle):
                 if named in (name, offer(name)) and kind != right:
                     return f"{self.file} offers {named} with the type {kind}; its type must be {right}."
         return ""
+
+    def why_silent(self) -> str:
+        """Return a sentence on an executor that its text makes and that calls no callback; empty when it makes none."""
+        source = self.bench.files[self.file].decode(errors="replace")
+        return DEAF if re.search(r"^[^#\n]*\bEventsExecutor\(", source, re.MULTILINE) else ""
 
     def other_topics(self) -> str:
         """Return a sentence for the student on the topics of the program's nodes, with types."""

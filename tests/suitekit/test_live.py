@@ -1,5 +1,7 @@
 """What is said of a program that offers the right name with another type."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from autograder.suitekit import live, renaming
@@ -62,3 +64,18 @@ def test_a_topic_of_another_type_is_named(monkeypatch, topic, kind, said):
     program._offers = dict.fromkeys(program.topics, lambda: False)
     assert program.mistyped(("one", "other")) == said
     assert program.mistyped(("other",)) == ""
+
+
+@pytest.mark.parametrize(
+    ("source", "names"),
+    [
+        (b"executor = EventsExecutor()\n", True),
+        (b"executor = rclpy.experimental.EventsExecutor(context=c)\n", True),
+        (b"# EventsExecutor() did not work\nexecutor = SingleThreadedExecutor()\n", False),
+        (b"from rclpy.experimental import EventsExecutor\n", False),
+    ],
+)
+def test_an_executor_that_calls_no_callback_is_named_where_there_is_no_answer(source, names):
+    program = Program()
+    program.bench = SimpleNamespace(files={"lift.py": source})
+    assert ("EventsExecutor" in program.why_silent()) == names

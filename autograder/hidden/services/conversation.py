@@ -389,6 +389,14 @@ def masked(message: str) -> str:
     return quoted(re.sub(r"\d[\d,._]*", "#", message))
 
 
+def parted(message: str, sums: Sequence[int]) -> str:
+    """A sentence for the student on a sum that a message has with other separators than the task allows; or nothing."""
+    joined = re.sub(r"(?<=\d)[. '\u2019\u00a0\u202f](?=\d{3}(?!\d))", "", message)
+    if {*whole_numbers(joined)}.isdisjoint(sums):
+        return ""
+    return " It has the digits of the sum, in other groups than the task allows: 1000, 1,000 or 1_000."
+
+
 class Adder:
     """The grader's own /add_two_ints.  Each response is another random number, which cannot be computed."""
 
@@ -568,7 +576,7 @@ class Relay(Server):
         if not self.tells_own_sum(message, before):
             raise Wrong(
                 f"{about} must be answered with the sum that {ADD} answered to this very call: the message is "
-                f"{masked(message)}, and does not contain it.",
+                f"{masked(message)}, and does not contain it.{parted(message, self.adder.sums[before:])}",
                 f"answered {self.adder.sums[before:]}",
             )
 
@@ -843,7 +851,8 @@ class Relay(Server):
         """Set its parameters while it runs."""
         if not self.can_change(numbers):
             raise Wrong(
-                "The parameters a and b must be declared, and must accept every whole number while the relay runs."
+                "The node that offers /relay must declare the parameters a and b, and accept every whole number for "
+                "them while it runs."
             )
 
     def can_change(self, numbers: dict[str, int]) -> bool:

@@ -33,6 +33,7 @@ from autograder.hidden.services.conversation import (
     as_parameters,
     draw,
     masked,
+    parted,
     quoted,
     says,
     shown,
@@ -107,9 +108,13 @@ def test_emergency_stop(motors: Motors, alone: Motors) -> None:
         if motors.attempt(ENABLE, True) is None:
             continue  # which costs other points
         if motors.attempt(STOP, False) and motors.current() == STOPPED:
+            said, meanwhile = quoted(motors.said()), f"{ENABLE} was asked for meanwhile, which is refused"
+            for on in (False, True, False):
+                motors.command(STOP, on)
+            if motors.current() == STOPPED:
+                meanwhile = f"nothing was asked for meanwhile, not even {STATUS}"
             raise Wrong(
-                f"One {STOP} with data False must end the stop, also when {ENABLE} was asked for meanwhile, which is "
-                f"refused; {motors.witness} says {quoted(motors.said())}."
+                f"One {STOP} with data False must end the stop, also when {meanwhile}; {motors.witness} says {said}."
             )
         if motors.can_enable:
             motors.command(ENABLE, True)
@@ -285,7 +290,7 @@ def test_relay_answers(relay: Relay, motors: Motors, alone: Motors, halted: Moto
     if relay.sum_in(response.message) is None:
         raise Wrong(
             f"The message must contain the sum that {ADD} answered, with all digits, not one of the relay's own: it is "
-            f"{masked(response.message)}.",
+            f"{masked(response.message)}.{parted(response.message, relay.adder.sums)}",
             f"answered {relay.adder.sums}",
         )
     for total, kind in [

@@ -1482,6 +1482,26 @@ WRONG = {
         ),
         {"emergency_stop"},
     ),
+    "a stop ends only when the status was asked for": (
+        motors(
+            (
+                "        self.stopped = request.data\n",
+                (
+                    "        self.stopped = request.data or (self.stopped and not self.looked)\n"
+                    "        self.looked = self.looked and not request.data\n"
+                ),
+            ),
+            (
+                '        """Say the state, and leave it alone."""\n',
+                '        """Say the state, and leave it alone."""\n        self.looked = True\n',
+            ),
+            (
+                "self.create_service(SetBool, '/motors/em",
+                "self.looked = False\n        self.create_service(SetBool, '/motors/em",
+            ),
+        ),
+        {"emergency_stop"},
+    ),
     "relay shows the sum as a float": (relay(("{answer.sum}", "{float(answer.sum):.0f}")), {"relay_answers"}),
     "relay takes a parameter of 0 for none": (relay((ASK, ASK + "        b = b or 1\n")), {"changed_parameters"}),
     "relay gives up after 5 s": (

@@ -1,0 +1,20 @@
+"""What the student of a relay is told of a sum that its message has, and that does not count."""
+
+import pytest
+
+from autograder.hidden.services.conversation import parted
+
+
+@pytest.mark.parametrize(
+    ("message", "told"),
+    [
+        ("1.000 + 2 = -1.234.567", True),
+        ("the sum is -1 234 567", True),
+        ("-1'234'567", True),
+        ("-1.234.568", False),
+        ("the sum is 1.234.567", False),
+        ("", False),
+    ],
+)
+def test_a_sum_in_other_groups_of_digits_is_told(message, told):
+    assert bool(parted(message, [5, -1_234_567])) == told
