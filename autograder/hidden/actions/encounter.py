@@ -86,6 +86,7 @@ class Encounter:
         self.early: Counter[float] = Counter()  # the numbers that were printed before the goal ended
         self.before_cancel: int | None = None  # feedback messages sent when the cancel came
         self.after_cancel: list[tuple[int, int]] = []  # those that were sent after it, and before the result
+        self.stayed = False  # the client was there until its goal had lasted as long as it should
         self._came = threading.Event()  # a goal
         self._sought: list[str] = []  # the actions that the client asked for
         self._fault: Fault | None = None  # how the run ended, when it did not end well
@@ -217,7 +218,7 @@ class Encounter:
     def _last_from(self, begun: float) -> None:
         """Wait until the goal, which began then (s), has lasted as long as it should, or the client has ended."""
         lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
-        self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
+        self.stayed = self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
 
     def _tell(self, handle: Any, number: int) -> tuple[int, int]:
         floor, left = self.feedback[number % len(self.feedback)]
