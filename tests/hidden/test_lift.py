@@ -8,7 +8,8 @@ from course_interfaces.action import Lift
 
 from autograder.errors import TimedOut, Wrong
 from autograder.hidden.actions import suite
-from autograder.hidden.actions.judging import expect_no_other_step
+from autograder.hidden.actions.busy import Blocking
+from autograder.hidden.actions.judging import expect_no_other_step, says_elsewhere
 from autograder.hidden.actions.rides import Ride, follows, lengths, steps, stops_made, way
 from autograder.suitekit import Goal, Heard
 from tests.suitekit.test_runs import Program, run
@@ -131,3 +132,15 @@ def test_a_client_that_works_when_it_is_run_again_is_judged():
     bench = SimpleNamespace(early={"absent": run(absent, patience=1)})
     suite.test_client_without_server(bench, {"succeed": client, "reject": SimpleNamespace(output="")})
     assert works == [True]
+
+
+@pytest.mark.parametrize(("floor", "elsewhere"), [(3, False), (4, False), (5, True)])
+def test_a_cabin_that_a_blocked_goal_has_moved_untold_is_not_where_the_next_goals_look_for_it(floor, elsewhere):
+    def ended(*floors, at):
+        goal = Goal(lambda: True)
+        goal.status, goal.result = "ABORTED", Lift.Result(floor=at)
+        return Ride([*floors], goal)
+
+    there = [ended(3, at=3), ended(4, at=4)]  # by the last step that was told of, and by the result of the first goal
+    seen = Blocking(ended(9, at=4), True, 0.0, 0.0, 3, ended(3, 6, at=3), ended(6, at=floor), there, ended(6, at=6))
+    assert says_elsewhere(seen) == elsewhere

@@ -240,6 +240,12 @@ def left_elsewhere(seen: Blocking) -> bool:
     return bool(heard and first) and seen.ride.goal.result.floor == heard[-1] and abs(first[0] - heard[-1]) > 1
 
 
+def says_elsewhere(seen: Blocking) -> bool:
+    """Whether the result of a goal that was aborted before its first step names a floor to which no step has led."""
+    there = {floor for ride in seen.there for floor in ride.floors}
+    return seen.away.end == "ABORTED" and seen.away.goal.result.floor not in {seen.here, *there}
+
+
 def expect_kept_place(seen: Blocking) -> None:
     """The cabin must stay where it is when its goal is aborted."""
     if left_elsewhere(seen) and not {*floors_heard(seen.stuck.goal)} - {seen.here}:
