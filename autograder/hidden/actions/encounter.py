@@ -95,6 +95,7 @@ class Encounter:
         self._server = serve(ros, ACTION, Lift, self._execute, self._accept)
         command = [*map(str, self.floors)]
         command += [] if self.cancel_after is None else ["--cancel-after", str(self.cancel_after)]
+        self._starts = 1  # of the client, which sends a goal each time
         self._run = self._bench.run(CLIENT, *command, domain=ros.domain)
         threading.Thread(target=self._look, args=(ros, self.goals, self._came), daemon=True).start()
 
@@ -193,6 +194,11 @@ class Encounter:
             self._came.set()  # there is nothing to look for any more
 
     def _accept(self, goal: Any) -> bool:
+        if self._starts != self._run.starts:  # it was started again, because of how or when it ended: this is its goal
+            self._starts = self._run.starts
+            self.goals.clear()
+            self.before_cancel, self.stayed = None, False
+            self.after_cancel.clear()
         self.goals.append(list(goal.floors))
         self._came.set()
         return self.script != "reject"

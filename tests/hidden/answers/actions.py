@@ -2039,6 +2039,10 @@ WRONG = {
         ),
         {"client_says_outcome"},
     ),
+    "client is ended by a signal when it has said everything": (
+        client(("import sys\n", "import os\nimport sys\n"), ("    sys.exit(main())", "    main()\n    os.abort()")),
+        {"client_exit_status", "client_waits_for_the_end", "client_without_server"},
+    ),
     "client cancels one too late": (
         client(
             (DUE, "due = self.cancel_after == 0 or (self.cancel_after is not None and self.heard > self.cancel_after)")
