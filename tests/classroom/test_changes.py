@@ -31,7 +31,8 @@ from course.foundation.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
 from tests.classroom.conftest import ROSTER, run_classroom
-from tests.classroom.visitor import Kernel, Visitor
+from tests.classroom.visitor import NAMED, Kernel, Visitor
+from tests.conftest import chromium_options
 from tests.ports import free_port
 
 IDLE = 0.25  # minutes until an idle kernel is ended; a kernel must have started in that time
@@ -147,7 +148,8 @@ def make_certificate(certificate: Path, key: Path, days: int = 2, names: str = "
 
 
 @pytest.mark.matrix  # starts its class again; the tests below hold certificates, names and cookies
-def test_with_a_certificate_everything_is_encrypted(ended, certificate):
+@pytest.mark.long("starts a class of its own, and an instructor opens pages of theft in a browser")
+def test_with_a_certificate_everything_is_encrypted(ended, certificate, chromium):
     _, arguments, common = ended
     path, key = certificate
     again = run_classroom(
@@ -164,6 +166,37 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate):
         requests.get(classroom.url, timeout=WAIT)
     with pytest.raises(requests.ConnectionError):
         requests.get(classroom.url.replace("https", "http"), timeout=WAIT)
+    theirs, same = theft.steal(chromium, classroom, bob, hub.shared_passwords(classroom)["instructors"])
+    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
+    assert theft.loot(theirs) == []
+
+
+@pytest.mark.matrix  # starts its class again; tests/classroom/test_addresses.py has the attack with other names
+@pytest.mark.long("starts a class of its own twice")
+def test_where_names_are_one_site_a_students_page_gets_nothing_either(ended, chromium):
+    """Browsers hold each NAME.localhost for a site of its own; the names of a domain are one, so cookies are sent."""
+    classroom, arguments, _ = ended
+    again = run_classroom("up", *arguments, "--passwords", "dummy", "--host", NAMED)
+    assert again.returncode == 0, again.stderr
+    assert f"Each server has an address of its own, NAME.{NAMED}: " in again.stdout
+    classroom = Classroom.load(classroom.folder)
+    students, instructors = (hub.shared_passwords(classroom)[who] for who in ("students", "instructors"))
+    bob = come_in(classroom, "bob", students)
+    # A page of a subdomain may set cookies of the whole domain, which reach the hub beside its own or before them.
+    own = {cookie.name: cookie.value for cookie in bob.session.cookies if cookie.path == "/hub/"}
+    assert {"_xsrf", "jupyterhub-hub-login"} <= own.keys()
+    tossed = [
+        f"{name}={value}; domain={NAMED}; path={path}" for name, value in own.items() for path in ("/", "/hub/api")
+    ]
+    options = chromium_options()
+    here = f"--host-resolver-rules=MAP {NAMED} 127.0.0.1,MAP *.{NAMED} 127.0.0.1"
+    browser = chromium.browser_type.launch(**options | {"args": [*options["args"], here]})
+    try:
+        theirs, same = theft.steal(browser, classroom, bob, instructors, tossed)
+    finally:
+        browser.close()
+    assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
+    assert theft.loot(theirs) == []
 
 
 def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):

@@ -4,12 +4,13 @@ The page tries, when an instructor who is logged in opens it, to read pages of t
 with the instructor's cookies, and to make itself a token.
 """
 
+import contextlib
 import http.server
 import secrets
 import socketserver
+import sqlite3
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from playwright.sync_api import Browser, Page
@@ -47,7 +48,7 @@ class Listening(socketserver.ThreadingUnixStreamServer):
 
 
 # What the page tries; what it could read is returned.
-STEAL = """async ([hubs, own, name]) => {
+STEAL = """async ([hubs, own, name, note]) => {
   const read = []
   const tried = async (what) => { try { const got = await what(); if (got) read.push(got) } catch (_) {} }
   const get = (url) => tried(async () => (await (await fetch(url, {credentials: 'include'})).text()))
@@ -60,7 +61,7 @@ STEAL = """async ([hubs, own, name]) => {
       for (const type of ['application/json', 'text/plain'])
         await tried(async () => (await (await fetch(`${hub}hub/api/users/${name}/tokens?_xsrf=${xsrf}`, {
           method: 'POST', credentials: 'include', headers: {'Content-Type': type, 'X-XSRFToken': xsrf},
-          body: JSON.stringify({note: 'stolen', scopes: ['admin:users']})})).text()))
+          body: JSON.stringify({note, scopes: ['admin:users']})})).text()))
     }
     for (const open of [() => window.open(`${hub}hub/token`), () => {
       const frame = document.createElement('iframe')
@@ -80,7 +81,7 @@ STEAL = """async ([hubs, own, name]) => {
 }"""
 
 
-@contextmanager
+@contextlib.contextmanager
 def taken(path: Path) -> Iterator[None]:
     """Another program answers on the socket of a server.
 
@@ -114,8 +115,13 @@ def log_in(chromium: Browser, classroom: Classroom, name: str, password: str) ->
     return page
 
 
-def steal(chromium: Browser, classroom: Classroom, student: Visitor, password: str) -> tuple[list[str], list[str]]:
-    """What a page behind a student's address reads as the teacher, and what a page of the hub's would have read."""
+def steal(
+    chromium: Browser, classroom: Classroom, student: Visitor, password: str, tossed: Sequence[str] = ()
+) -> tuple[list[str], list[str]]:
+    """What a page behind a student's address reads as the teacher, and what a page of the hub's would have read.
+
+    The student's page first sets the cookies `tossed`, and tries with them too.
+    """
     page = log_in(chromium, classroom, "teacher", password)
     hubs = list(
         dict.fromkeys(
@@ -129,10 +135,20 @@ def steal(chromium: Browser, classroom: Classroom, student: Visitor, password: s
     with taken(classroom.socket(classroom.find(student.name))):
         page.goto(student.base + secrets.token_hex(4))
         assert page.title() == "theirs"
-        theirs = page.evaluate(STEAL, [hubs, own, "teacher"])
+        theirs = page.evaluate(STEAL, [hubs, own, "teacher", "theirs"])
+        for cookie in tossed:
+            page.evaluate("(cookie) => { document.cookie = cookie }", cookie)
+            name, value = cookie.partition(";")[0].split("=", 1)
+            assert any(each["name"] == name and each["value"] == value for each in page.context.cookies()), cookie
+        if tossed:
+            theirs += page.evaluate(STEAL, [hubs, own, "teacher", "theirs"])
+            page.context.clear_cookies(domain=f".{classroom.host}")  # what the page of the hub's does is without them
         page.goto(classroom.address_of(classroom.find("teacher")) + "hub/home")
-        same = page.evaluate(STEAL, [[classroom.address_of(classroom.find("teacher"))], own, "teacher"])
+        same = page.evaluate(STEAL, [[classroom.address_of(classroom.find("teacher"))], own, "teacher", "stolen"])
     page.context.close()
+    with contextlib.closing(sqlite3.connect(f"file:{classroom.state / 'jupyterhub.sqlite'}?mode=ro", uri=True)) as hub:
+        made = {note for (note,) in hub.execute("select note from api_tokens")}
+    assert "stolen" in made and "theirs" not in made, "a token that the student's page has made, which it need not read"
     return theirs, same
 
 
