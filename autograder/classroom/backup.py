@@ -1,25 +1,35 @@
 """A backup of a class in one file: everybody's work, hand-ins, grades, settings and passwords.
 
-The class must be down: tar reads the homes as root, and nobody may change them meanwhile.
+The class must be down.  A process that is left over may still change a home, so nothing in it is opened by its path.
 """
 
+import errno
+import gzip
 import json
 import os
 import shutil
 import stat
 import subprocess
-import tempfile
+import tarfile
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from autograder.classroom import accounts, homes, hub, servers
 from autograder.classroom.plan import SETTINGS, Classroom
 from autograder.errors import ClassroomError, UsageError
 from course.foundation import storage
 
-TAR = ["tar", "--gzip", "--file=-", "--numeric-owner", "--warning=no-file-ignored"]  # sockets need no backup
+TAR = ["tar", "--gzip", "--file=-", "--numeric-owner"]
 LONGEST = os.pathconf("/", "PC_PATH_MAX") // 2  # bytes of a path in the class: a restored path may be longer
+LEVEL = 6  # of the compression: that of gzip
+MOST_READ = 1 << 20  # bytes at a time
+GONE = (errno.ENOENT, errno.ELOOP, errno.ENXIO, errno.EINVAL)  # it is removed, or of another kind by now
+# A sparse file in GNU tar's format, by the places in its header: the first parts that hold data, more of them in
+# blocks that follow, and its size with the holes.
+PARTS, FIRST, MORE, SIZE, SUM = 386, 4, 482, 483, slice(148, 156)
+IN_BLOCK = 21
 
 
 def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
@@ -35,11 +45,9 @@ def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
     draft = file.with_name(f".{file.name}.part")
     try:
         descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW, storage.PRIVATE)
-        with open(descriptor, "wb") as written, tempfile.TemporaryFile() as names:
-            too_deep = _list(classroom.folder, names)
-            names.seek(0)
-            command = [*TAR, "--create", "--sparse", "--no-recursion", "--null", "--files-from=-"]
-            _run(command, classroom.folder, stdin=names, stdout=written)
+        with open(descriptor, "wb") as written:
+            with gzip.GzipFile("", "wb", LEVEL, written) as packed:
+                too_deep = _pack(classroom.folder, packed)
             written.flush()
             os.fsync(descriptor)
         draft.replace(file)
@@ -50,12 +58,13 @@ def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
     return file.stat().st_size, too_deep
 
 
-def _list(folder: Path, names: IO[bytes]) -> list[str]:
-    """Write the paths in the class's folder to `names`, each with a null byte; return the folders that are left out.
+def _pack(folder: Path, packed: gzip.GzipFile) -> list[str]:
+    """Write the class's folder to an open archive; return the folders that are left out.
 
     A path that is too long could be written, but not restored.
     """
     opened, too_deep = os.open(folder, homes.FOLDER), []
+    first: dict[tuple[int, int], str] = {}  # the path of each file that has several hard links
     try:
         device = os.fstat(opened).st_dev
         for path, below, files, at in homes.walk(opened):
@@ -65,15 +74,120 @@ def _list(folder: Path, names: IO[bytes]) -> list[str]:
                 too_deep.append(os.path.normpath(path))
                 below.clear()
             else:
+                packed.write(_header(path, os.fstat(at)))
                 # Records of running processes are useless, because other processes may have their ids after a restore.
-                kept = [name for name in files if path != "./state" or not name.endswith(".pid")]
-                kept += [
-                    name for name in below if stat.S_ISLNK(os.stat(name, dir_fd=at, follow_symlinks=False).st_mode)
-                ]
-                names.writelines(os.fsencode(os.path.join(path, name)) + b"\0" for name in ("", *kept))
+                for name in (*files, *below):
+                    if path != "./state" or not name.endswith(".pid"):
+                        _pack_file(packed, os.path.join(path, name), name, at, first)
+        packed.write(bytes(2 * tarfile.BLOCKSIZE))
     finally:
         os.close(opened)
     return too_deep
+
+
+def _pack_file(packed: gzip.GzipFile, path: str, name: str, at: int, first: dict[tuple[int, int], str]) -> None:
+    """Write a file, a link or a pipe in the open folder `at`: as it is when it is opened, which follows no link.
+
+    Sockets need no backup.  Raises ClassroomError when it cannot be read.
+    """
+    file, target = -1, ""
+    try:
+        known = os.stat(name, dir_fd=at, follow_symlinks=False)
+        if stat.S_ISLNK(known.st_mode):
+            target = os.readlink(name, dir_fd=at)
+        elif stat.S_ISREG(known.st_mode):
+            file = os.open(name, homes.FILE, dir_fd=at)
+            known = os.fstat(file)
+    except OSError as error:
+        if error.errno in GONE:
+            return
+        raise ClassroomError(f"cannot read {path}: {error.strerror}") from None
+    if file < 0:
+        if target or stat.S_ISFIFO(known.st_mode):
+            packed.write(_header(path, known, target))
+        return
+    with open(file, "rb"):
+        if stat.S_ISREG(known.st_mode):
+            _pack_content(packed, path, file, known, first)
+
+
+def _pack_content(
+    packed: gzip.GzipFile, path: str, file: int, known: os.stat_result, first: dict[tuple[int, int], str]
+) -> None:
+    """Write an open regular file without its holes, or its other name if it was written under that."""
+    if known.st_nlink > 1:
+        before = first.setdefault((known.st_dev, known.st_ino), path)
+        if before != path:
+            packed.write(_header(path, known, before))
+            return
+    parts = list(_data(file, known.st_size))
+    length = sum(size for _, size in parts)
+    if length == known.st_size:
+        packed.write(_header(path, known))
+    else:
+        parts.append((known.st_size, 0))  # as GNU tar ends its list: a hole at the end is told so
+        packed.write(_sparse(_header(path, known, length=length), parts, known.st_size))
+    for start, size in parts:
+        for offset in range(start, start + size, MOST_READ):
+            most = min(MOST_READ, start + size - offset)
+            try:
+                content = os.pread(file, most, offset)
+            except OSError as error:
+                raise ClassroomError(f"cannot read {path}: {error.strerror}") from None
+            packed.write(content.ljust(most, b"\0"))  # it may have become shorter
+    packed.write(bytes(-length % tarfile.BLOCKSIZE))
+
+
+def _header(path: str, known: os.stat_result, target: str = "", length: int | None = None) -> bytes:
+    """Return what stands before a file's content: `target` is where a link leads, `length` that without its holes."""
+    kinds = {stat.S_IFDIR: tarfile.DIRTYPE, stat.S_IFLNK: tarfile.SYMTYPE, stat.S_IFIFO: tarfile.FIFOTYPE}
+    kind = kinds.get(stat.S_IFMT(known.st_mode), tarfile.LNKTYPE if target else tarfile.REGTYPE)
+    about = tarfile.TarInfo(path)
+    about.type, about.linkname = kind if length is None else tarfile.GNUTYPE_SPARSE, target
+    about.mode, about.uid, about.gid = stat.S_IMODE(known.st_mode), known.st_uid, known.st_gid
+    content = known.st_size if kind == tarfile.REGTYPE else 0
+    about.size = content if length is None else length
+    about.mtime = int(known.st_mtime)
+    return about.tobuf(tarfile.GNU_FORMAT)
+
+
+def _data(file: int, size: int) -> Iterator[tuple[int, int]]:
+    """Yield the parts of an open file that are no holes: where each begins, and its length."""
+    end = 0
+    while end < size:
+        try:
+            start = os.lseek(file, end, os.SEEK_DATA)
+            stop = min(os.lseek(file, start, os.SEEK_HOLE), size)
+        except OSError as error:
+            if error.errno != errno.ENXIO:  # otherwise there is no data behind this place
+                yield end, size - end
+            return
+        if start < stop:
+            yield start, stop - start
+        end = stop
+
+
+def _sparse(header: bytes, parts: list[tuple[int, int]], size: int) -> bytes:
+    """Return the header of a sparse file with the list of its parts."""
+
+    def number(value: int) -> bytes:
+        return b"\x80" + value.to_bytes(11)
+
+    def listed(some: list[tuple[int, int]]) -> bytes:
+        return b"".join(number(start) + number(length) for start, length in some)
+
+    *before, last = [header[at : at + tarfile.BLOCKSIZE] for at in range(0, len(header), tarfile.BLOCKSIZE)]
+    block = bytearray(last)
+    block[PARTS : PARTS + FIRST * 24] = listed(parts[:FIRST]).ljust(FIRST * 24, b"\0")
+    block[MORE] = len(parts) > FIRST
+    block[SIZE : SIZE + 12] = number(size)
+    block[SUM] = b" " * 8
+    block[SUM] = b"%06o\0 " % sum(block)
+    blocks = [*before, bytes(block)]
+    for at in range(FIRST, len(parts), IN_BLOCK):
+        more = listed(parts[at : at + IN_BLOCK]).ljust(IN_BLOCK * 24, b"\0")
+        blocks.append((more + bytes([at + IN_BLOCK < len(parts)])).ljust(tarfile.BLOCKSIZE, b"\0"))
+    return b"".join(blocks)
 
 
 def read(file: Path, folder: Path) -> Classroom:

@@ -1,15 +1,18 @@
 """A class is written to a file and laid out again, also where others have its numbers; nothing half done is left."""
 
+import contextlib
 import csv
 import json
 import os
 import pwd
 import secrets
 import shutil
+import socket
 import stat
 import subprocess
 import sys
 import tarfile
+import threading
 
 import pytest
 
@@ -17,8 +20,11 @@ from autograder.classroom import accounts, backup
 from autograder.classroom.plan import SETTINGS, Classroom
 from autograder.errors import ClassroomError, UsageError
 from tests.classroom.conftest import ROSTER, run_classroom
+from tests.classroom.test_homes import TURN
 from tests.classroom.visitor import Visitor
 from tests.ports import free_port
+
+TRIES = 20  # backups of a class in which a process changes paths
 
 
 @pytest.fixture
@@ -99,17 +105,60 @@ def test_what_students_have_made_of_their_homes_comes_back_as_it_was(quiet, tmp_
     os.chown(home, 4321, 4321)
     (quiet.state / "proxy.pid").write_text("1")
     (home / "folder").symlink_to("/etc")
+    with open(home / "holes", "wb") as file:  # as a database has them: more parts than fit in a header
+        for number in range(60):
+            file.seek(number << 20)
+            file.write(b"data")
+    (home / ("n" * 200)).write_bytes(b"long")
+    os.link(home / "holes", home / "twice")
+    socket.socket(socket.AF_UNIX).bind(str(home / "socket"))
+    (home / "holes").chmod(0o640)
     size, too_deep = backup.write(quiet, tmp_path / "class.tar.gz")
     assert too_deep == []
     assert size == (tmp_path / "class.tar.gz").stat().st_size < 1 << 20
     back = backup.read(tmp_path / "class.tar.gz", tmp_path / "back")
     assert back == Classroom.load(tmp_path / "back") and back.members == quiet.members
     again = back.homes / "ada"
-    assert sorted(path.name for path in again.iterdir()) == sorted(path.name for path in home.iterdir())
+    assert {path.name for path in again.iterdir()} == {path.name for path in home.iterdir()} - {"socket"}
+    assert (again / "holes").read_bytes() == (home / "holes").read_bytes() and (again / "twice").samefile(
+        again / "holes"
+    )
+    assert stat.S_IMODE((again / "holes").stat().st_mode) == 0o640 and (again / "holes").stat().st_blocks < 2000
+    assert int((again / "holes").stat().st_mtime) == int((home / "holes").stat().st_mtime)
+    assert stat.S_ISFIFO((again / "pipe").stat().st_mode) and (again / ("n" * 200)).read_bytes() == b"long"
     assert os.readlink(again / "link") == "/etc/shadow" and (again / "-rf\n*").read_text() == "odd"
     assert (again / "sparse").stat().st_blocks < 100 and again.stat().st_uid == 4321
     assert stat.S_IMODE(back.folder.stat().st_mode) == 0o700, "nobody is in the class yet"
     assert not (back.state / "proxy.pid").exists(), "a process of the other machine"
+
+
+def test_paths_that_turn_while_a_backup_is_written_lead_it_nowhere(quiet, tmp_path):
+    """A process that is left over from the class changes a folder, and a file, for links to what is another's."""
+    home, elsewhere = quiet.homes / "ada", tmp_path / "elsewhere"
+    home.mkdir(parents=True)
+    (home / "own").mkdir()
+    (home / "file").write_text("mine")
+    elsewhere.mkdir()
+    for number in range(30):
+        (elsewhere / f"{number}.py").write_text("root's secret")
+        (home / "own" / f"{number}.py").write_text("mine")
+    (home / "away").symlink_to(elsewhere)
+    (home / "other").symlink_to(elsewhere / "0.py")
+    with contextlib.ExitStack() as stack:
+        for pair in (("own", "away"), ("file", "other")):
+            turning = stack.enter_context(
+                subprocess.Popen([sys.executable, "-c", TURN, *(home / name for name in pair)], stdout=subprocess.PIPE)
+            )
+            stack.callback(turning.kill)
+            assert turning.stdout.readline() == b"turned\n"
+            threading.Thread(target=lambda pipe=turning.stdout: [*pipe]).start()
+        for number in range(TRIES):
+            kept = tmp_path / f"{number}.tar.gz"
+            backup.write(quiet, kept)
+            with tarfile.open(kept) as archive:
+                for each in archive:
+                    if each.isreg() and each.name.startswith("./homes/"):
+                        assert archive.extractfile(each).read() == b"mine", each.name
 
 
 def test_a_folder_that_goes_too_deep_is_told_and_everything_else_comes_back(quiet, tmp_path):
