@@ -22,7 +22,7 @@ from filelock import FileLock
 
 from course.errors import InterfaceError, ToolChainError
 from course.foundation.folders import user_cache
-from course.interfaces.definition import Definition, near_types, parse
+from course.interfaces.definition import Definition, near_types, parse, without_comments
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
 IMPLIED = {
@@ -219,8 +219,9 @@ def _check_types(package: str, definitions: list[Definition]) -> None:
 def _build(package: str, texts: Mapping[str, str], definitions: list[Definition], scratch: Path, prefix: Path) -> None:
     """Generate and compile in `scratch`, and install into `prefix`, whose name makes the libraries' names unique."""
     share = _install_definitions(package, texts, definitions, prefix)
-    source = scratch / "source"
-    _run([sys.executable, "-m", "course.interfaces.generate", package, share, share, source], "generating the code")
+    source, plain = scratch / "source", scratch / "plain"
+    _lay_out({name: without_comments(text) for name, text in texts.items()}, plain)
+    _run([sys.executable, "-m", "course.interfaces.generate", package, plain, share, source], "generating the code")
     python = _install_python(package, source, prefix)
     # The type supports are loaded by names made from the package's: with the key in them, a later build of the same
     # package can be loaded beside this one.
@@ -235,16 +236,21 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
 def _install_definitions(package: str, texts: Mapping[str, str], definitions: list[Definition], prefix: Path) -> Path:
     """Lay the definitions out as an installed package has them, and enter it in the ament index; returns its share."""
     share = prefix / "share" / package
-    for name, text in texts.items():
-        target = share / name.rpartition(".")[2] / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(text, encoding="utf-8")
+    _lay_out(texts, share)
     interfaces = "\n".join(f"{d.kind}/{d.name}.{d.kind}" for d in definitions)
     for resource, content in (("packages", ""), ("rosidl_interfaces", interfaces)):
         marker = prefix / "share" / "ament_index" / "resource_index" / resource / package
         marker.parent.mkdir(parents=True)
         marker.write_text(content)
     return share
+
+
+def _lay_out(texts: Mapping[str, str], folder: Path) -> None:
+    """Write definitions to the subfolders of their kinds."""
+    for name, text in texts.items():
+        target = folder / name.rpartition(".")[2] / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8")
 
 
 def _install_python(package: str, source: Path, prefix: Path) -> Path:

@@ -76,6 +76,11 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
     return Definition(name, kind, tuple(_section(block, filename, package) for block in blocks))
 
 
+def without_comments(text: str) -> str:
+    """Return a definition without its comments: rosidl copies them into code, where a `\\` or `*/` would end them."""
+    return "".join(f"{line.partition('#')[0].rstrip()}\n" for line in text.splitlines())
+
+
 def _section(lines: list[tuple[int, str]], filename: str, package: str) -> tuple[Field, ...]:
     fields = {}
     for number, line in lines:

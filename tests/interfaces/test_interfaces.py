@@ -143,6 +143,38 @@ session.close()
     assert out.strip() == "2 mixed.action.Count_Feedback(seen=[])"
 
 
+# What ends a comment of C or of Python, or a line of a template, with code behind it; and what a terminal obeys.
+COMMENTS = ("*/ int owned(void) { return 1; } /*", '""" + exit() + """', "@[if x", "C:\\users", "\x1b[2J\u202e", "\\")
+
+
+def test_a_comment_is_no_code_and_stands_in_no_help(cache):
+    """What is shown of the type in a cell's help is made of its fields; the definition keeps its comments."""
+    above = "".join(f"# {comment}\n" for comment in COMMENTS)
+    beside = "".join(f"int32 {name} # {comment}\n" for name, comment in zip("abcdef", COMMENTS, strict=True))
+    text = f"{above}{beside}---\n{above}int32 K=1 # {COMMENTS[0]}\n{beside}{above}"
+    out = run(
+        f"""
+import ctypes, pydoc, sys
+from pathlib import Path
+from course.interfaces import build
+built = build("commented", {{"Ask.srv": {text!r}}}, cache=Path(sys.argv[1]))
+from commented.srv import Ask
+print(Ask.Request(f=1), Ask.Response.K)
+for part in (Ask, Ask.Request, Ask.Response):
+    said = pydoc.render_doc(part, renderer=pydoc.plaintext)
+    assert "class Ask" in said and not [comment for comment in {COMMENTS!r} if comment[:-1] and comment in said]
+print([hasattr(ctypes.CDLL(str(library)), "owned") for library in sorted((built.prefix / "lib").glob("*.so"))])
+print((built.prefix / "share/commented/srv/Ask.srv").read_text() == {text!r})
+""",
+        cache,
+    )
+    assert out.splitlines() == [
+        "commented.srv.Ask_Request(a=0, b=0, c=0, d=0, e=0, f=1) 1",
+        "[False, False, False]",
+        "True",
+    ]
+
+
 def test_the_same_definition_is_compiled_once(cache, monkeypatch):
     build("once", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
     monkeypatch.setattr("course.interfaces.builder._build", lambda *args: pytest.fail("compiled again"))

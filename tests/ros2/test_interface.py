@@ -1,5 +1,9 @@
 """`ros2 interface` shows definitions as ros2cli does."""
 
+import os
+import pty
+import subprocess
+
 TWIST = """\
 # This expresses velocity in free space broken into its linear and angular parts.
 
@@ -43,6 +47,27 @@ def test_show_all_comments(alone):
     """The nested definitions' comments too."""
     said = alone.output("interface", "show", "--all-comments", "geometry_msgs/msg/Twist")
     assert said.startswith(TWIST.partition("\t")[0] + "\t# This represents a vector in free space.\n")
+
+
+def test_a_terminal_obeys_no_comment(alone, tmp_path):
+    """What somebody else's definition would do to a terminal is escaped there; a pipe has it as it is."""
+    evil = "# \x1b]52;c;cm0=\x07\x1b[2J \u202egnp.exe \x9b2J <img src=x>"
+    (tmp_path / "share/evil/msg").mkdir(parents=True)
+    (tmp_path / "share/evil/msg/Evil.msg").write_text(f"{evil}\nint32 a {evil}\n", encoding="utf-8")
+    for resource, content in (("packages", ""), ("rosidl_interfaces", "msg/Evil.msg\n")):
+        marker = tmp_path / "share/ament_index/resource_index" / resource / "evil"
+        marker.parent.mkdir(parents=True)
+        marker.write_text(content)
+    environment = alone.environment | {"AMENT_PREFIX_PATH": f"{tmp_path}:{alone.environment['AMENT_PREFIX_PATH']}"}
+    words = ["interface", "show", "evil/msg/Evil"]
+    assert alone.output(*words, **environment) == f"{evil}\nint32 a {evil}\n"
+    ours, terminals = pty.openpty()
+    done = subprocess.run(alone.words(*words), stdout=terminals, env=environment, timeout=60)
+    os.close(terminals)
+    with open(ours, "rb", buffering=0) as shown:
+        said = shown.read(4096).decode()
+    told = r"# \x1b]52;c;cm0=\x07\x1b[2J \x202egnp.exe \x9b2J <img src=x>"
+    assert (done.returncode, said) == (0, f"{told}\r\nint32 a {told}\r\n")
 
 
 def test_show_reads_a_type_from_a_pipe(alone):
