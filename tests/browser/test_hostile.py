@@ -99,6 +99,20 @@ def main(args=None):
 
 main()
 """
+SCRIPT = "</b><script>parent.alert(1)</script>"  # without the sign that makes a constant
+INTERFACE = f"""# {EVIL} \\
+string a "{SCRIPT}" # */ {EVIL}
+---
+# {EVIL}
+string message # {EVIL} {END}
+"""
+ANSWERING = f"""from hostile_interfaces.srv import Ask
+def answer(request, response):
+    response.message = request.a + {END!r}
+    return response
+answering = ros.node.create_service(Ask, '/commented', answer)
+!ros2 interface show hostile_interfaces/srv/Ask
+"""
 DYING = f"import rclpy\nrclpy.init()\nrclpy.create_node('dying')\nraise ValueError({EVIL!r})"
 # Ends with the kernel.
 NAMED = STRANGERS["markup, with endpoints"].replace(
@@ -114,6 +128,9 @@ CELLS = (
     "ros.nodes()",
     f"print({EVIL!r} + {END!r})",
     f"raise RuntimeError({EVIL!r})",
+    f"%%exercise Ask.srv --package hostile_interfaces\n{INTERFACE}",
+    ANSWERING,
+    "Ask",
 )
 
 
@@ -165,7 +182,8 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
     folder.mkdir()
     cells = [nbformat.v4.new_code_cell(source) for source in CELLS]
     cells[1].metadata = mark("hostile-file", solution=True)
-    for each in cells[2:]:
+    cells[9].metadata = mark("hostile-interface", solution=True)
+    for each in cells[2:9]:
         each.metadata = {"tags": ["raises-exception"]}
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "hostile.ipynb")
@@ -213,6 +231,25 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         expect(inspector).to_contain_text(f"described {END}")
         assert not obeyed(inspector.inner_text())
         assert inspector.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+        watch.check()
+
+        inspector.get_by_label("What to do").select_option("Call a service")
+        service.select_option("/commented hostile_interfaces/srv/Ask")
+        expect(inspector.get_by_role("textbox", name="a string")).to_have_value(SCRIPT)
+        inspector.get_by_role("button", name="Call", exact=True).click()
+        expect(inspector.get_by_role("region", name="Timeline")).to_contain_text(SCRIPT + END)
+        assert not obeyed(inspector.inner_text())
+        watch.check()
+
+        said = cell(page, 10).locator(".jp-OutputArea-output").first  # of ros2 interface show
+        expect(said).to_contain_text(END)
+        expect(said).to_contain_text("\\x1b]52;c;cm0=\\x07")
+        assert not obeyed(said.inner_text())
+        cell(page, 11).locator(".cm-content").press("End")
+        page.keyboard.press("Shift+Tab")
+        expect(page.locator(".jp-Tooltip")).to_contain_text("hostile_interfaces")
+        assert not obeyed(page.locator(".jp-Tooltip").inner_text())
+        page.keyboard.press("Escape")
         watch.check()
 
         graph = show_panel(page, "Graph")
