@@ -347,6 +347,7 @@ def test_a_hostile_notebook_does_nothing_in_formgrader(page, tmp_path):
     assert not any(frame.evaluate("() => window.owned") for frame in page.frames)
 
 
+FILES = ("a.svg", "a.SVG", "a.xml", "a.htm")  # beside a handed-in notebook, which may link to them
 NAMED_BY_MARKUP = f"""<img src=x onerror={RUN}>'";alert(2);" o'Hara"""  # a student's folder has this name
 
 
@@ -361,6 +362,9 @@ def course_of_one(course: Path) -> str:
         nbformat.write(nbformat.v4.new_notebook(cells=[cell]), course / folder / "services.ipynb")
     root = f"c = get_config()\nc.CourseDirectory.root = {str(course)!r}\nc.CourseDirectory.course_id = 'ros2'\n"
     (course / "nbgrader_config.py").write_text(root)
+    drawing = f'<svg xmlns="http://www.w3.org/2000/svg"><title>{END}</title><script>{RUN}</script></svg>'
+    for name in FILES:
+        (course / "autograded" / NAMED_BY_MARKUP / "services" / name).write_text(drawing)
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}", "ros2") as book:
         book.add_student(NAMED_BY_MARKUP, first_name=EVIL, last_name=EVIL, email=EVIL)
         book.add_assignment("services")
@@ -404,6 +408,9 @@ def test_formgrader_shows_hostile_names_and_addresses_as_text(lab, page):
         expect(body).to_contain_text(END)
         expect(body).to_contain_text("<svg onload=")
         expect(page.locator("#why-comment")).to_have_value(EVIL + END)
+        for name in FILES:
+            assert page.goto(f"{where}/submissions/{number}/{name}").ok
+            assert END in page.content() and not page.evaluate("() => window.owned")
         for path in ("manage_students/{}", "manage_submissions/{}", "gradebook/{}", "gradebook/services/{}"):
             page.goto(f"{where}/{path}".format(urllib.parse.quote(f"</script><script>{RUN}<", safe="")))
             expect(page.locator(".breadcrumb")).to_contain_text(f"<script>{RUN}<")

@@ -27,7 +27,7 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
     if server.jpserver_extensions.get(FORMGRADER):
         from course.lab.server import formgrader  # takes a second to load
 
-        formgrader.show_names_as_text()
+        formgrader.guard()
     Prompts(server)
     base = server.web_app.settings["base_url"]
     handlers = [

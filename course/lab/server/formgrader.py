@@ -1,7 +1,8 @@
-"""nbgrader's Formgrader shows names as text.
+"""nbgrader's Formgrader shows names as text, and files that were handed in have no rights in it.
 
 nbgrader 0.9 puts names and the parts of an address into its pages as they are, so that a link, or a student whose name
-or folder is HTML, would run a script with the rights of the instructor who looks.
+or folder is HTML, would run a script with the rights of the instructor who looks. So would a drawing (SVG) beside a
+handed-in notebook that links to it.
 """
 
 import html
@@ -11,7 +12,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader
 from nbconvert.exporters import HTMLExporter
-from tornado.web import Application
+from tornado.web import Application, StaticFileHandler
 
 IN_SCRIPT = re.compile(r'"\{\{ (\w+) \}\}"(?=;)')  # the value of a variable of JavaScript
 DIALOGS = '/formgrader/static/js/utils.js"></script>'
@@ -46,11 +47,18 @@ class Exporter(HTMLExporter):
         return super().from_filename(filename, shown, **kw)
 
 
-def show_names_as_text() -> None:
-    """Have Formgrader, which is not loaded yet, make its pages so."""
+def confine(handler: StaticFileHandler, path: str) -> None:
+    """For Formgrader's handler of handed-in files: they run no script, and are of no origin, as below /files/."""
+    if handler.get_content_type() != "application/pdf":  # which browsers show in a viewer of their own, or not at all
+        handler.set_header("Content-Security-Policy", f"{handler.content_security_policy}; sandbox")
+
+
+def guard() -> None:
+    """Have Formgrader, which is not loaded yet, make its pages so, and give out files so."""
     from nbgrader.server_extensions.formgrader import handlers
     from nbgrader.server_extensions.formgrader.formgrader import FormgradeExtension
 
+    handlers.SubmissionFilesHandler.set_extra_headers = confine
     begin = FormgradeExtension.init_tornado_settings
 
     def init_tornado_settings(extension: FormgradeExtension, application: Application) -> None:
