@@ -12,7 +12,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader
 from nbconvert.exporters import HTMLExporter
-from tornado.web import Application, StaticFileHandler
+from tornado.web import Application
 
 IN_SCRIPT = re.compile(r'"\{\{ (\w+) \}\}"(?=;)')  # the value of a variable of JavaScript
 DIALOGS = '/formgrader/static/js/utils.js"></script>'
@@ -47,7 +47,7 @@ class Exporter(HTMLExporter):
         return super().from_filename(filename, shown, **kw)
 
 
-def confine(handler: StaticFileHandler, path: str) -> None:
+def confine(handler: Any, path: str) -> None:
     """For Formgrader's handler of handed-in files: they run no script, and are of no origin, as below /files/."""
     if handler.get_content_type() != "application/pdf":  # which browsers show in a viewer of their own, or not at all
         handler.set_header("Content-Security-Policy", f"{handler.content_security_policy}; sandbox")
