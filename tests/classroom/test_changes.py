@@ -30,7 +30,7 @@ from course.foundation import processes
 from course.foundation.waiting import wait_until
 from tests.browser.pages import SERVER
 from tests.classroom import theft
-from tests.classroom.conftest import ROSTER, run_classroom
+from tests.classroom.conftest import COMMAND, ROSTER, run_classroom
 from tests.classroom.visitor import NAMED, Kernel, Visitor
 from tests.conftest import chromium_options
 from tests.ports import free_port
@@ -197,6 +197,38 @@ def test_where_names_are_one_site_a_students_page_gets_nothing_either(ended, chr
         browser.close()
     assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
     assert theft.loot(theirs) == []
+
+
+# Each is small enough for itself; together they take more than the server may.
+MANY = """
+import subprocess, sys, time
+hold = "held = b'x' * (300 << 20); print('held', flush=True); input()"
+programs = [subprocess.Popen([sys.executable, "-c", hold], stdin=-1, stdout=-1) for _ in range(4)]
+while all(each.poll() is None for each in programs):
+    time.sleep(0.1)
+print({each.poll() for each in programs} <= {None, -9})
+"""
+# A command whose processes see no control groups.
+WITHOUT_GROUPS = ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs tmpfs /sys/fs/cgroup && exec "$@"', "sh"]
+
+
+@pytest.mark.matrix  # starts its class again; test_memory_limit.py has it without a hub
+@pytest.mark.long("the class is started again, and its hub looks at the memory of servers every few seconds")
+def test_the_hub_ends_the_largest_of_programs_that_take_too_much_together(ended):
+    """On a machine without control groups: the kernel and the server go on, and the log names the student."""
+    classroom, arguments, _ = ended
+    up = [*WITHOUT_GROUPS, COMMAND, "up", *arguments, "--passwords", "dummy", "--memory", "1"]
+    again = subprocess.run(up, capture_output=True, text=True, timeout=WAIT)
+    assert again.returncode == 0, again.stderr
+    classroom = Classroom.load(classroom.folder)
+    bob = come_in(classroom, "bob", hub.shared_passwords(classroom)["students"])
+    bob.stop()  # it may have been started with more
+    live = bob.start().kernel()
+    assert live.run(MANY).text == "True\n"
+    assert live.run("for each in programs: each.kill()").error == "" and bob.call("GET", "api/status").ok
+    assert not servers.started(classroom)["bob"].groups
+    assert "bob took more than 1.0 GiB" in (classroom.state / hub.LOG).read_text()
+    bob.stop()
 
 
 def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
