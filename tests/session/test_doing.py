@@ -181,12 +181,12 @@ def test_a_callback_that_may_answer_in_time_is_waited_for(session, tmp_path, mon
 def test_a_callback_that_sleeps_for_an_earlier_call_is_waited_for(session, tmp_path, monkeypatch):
     monkeypatch.setattr(patience, "FIRST", 5)
     file = tmp_path / "server.py"
-    body = "first, self.first = getattr(self, 'first', True), False\n        if first:\n            time.sleep(2.0)"
+    body = "first, self.first = getattr(self, 'first', True), False\n        if first:\n            time.sleep(4.0)"
     file.write_text(SERVER.format(body=body, spin=SPIN, call="main()"))
     session.start(file)
     with pytest.raises(CallTimeout):
-        session.call("/ask", Trigger, timeout=1.5)
-    assert session.call("/ask", Trigger, timeout=1.9) is not None
+        session.call("/ask", Trigger, timeout=3.0)
+    assert session.call("/ask", Trigger, timeout=3.9) is not None  # less than a whole sleep
 
 
 def test_a_right_answer_of_a_starved_or_stopped_program_is_waited_for(session, tmp_path, monkeypatch):

@@ -355,6 +355,7 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
         def __init__(self):
             super().__init__("busy")
             self.calling, self.waiting, self.go_on = threading.Event(), threading.Event(), threading.Event()
+            self.ended = False
             group = ReentrantCallbackGroup()
             self.nobody = self.create_client(AddTwoInts, "nobody")
             self.create_service(AddTwoInts, "relay", self.relay, callback_group=group)
@@ -367,7 +368,8 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
 
         def wait(self, request, response):
             self.waiting.set()
-            self.go_on.wait(20)
+            self.go_on.wait(600)
+            self.ended = True
             return response
 
     before = {*threading.enumerate()}
@@ -376,10 +378,9 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
     for name, srv_type in (("relay", AddTwoInts), ("wait", Trigger)):
         session.wait_for_service(name, srv_type)
         session.node.create_client(srv_type, name).call_async(srv_type.Request())
-    assert node.calling.wait(5) and node.waiting.wait(5)
-    began = time.monotonic()
+    assert node.calling.wait(60) and node.waiting.wait(60)
     busy.stop()
-    assert time.monotonic() - began < 5.0 and session.nodes() == []
+    assert not node.ended and session.nodes() == []
     threads = [
         thread
         for thread in threading.enumerate()
@@ -388,7 +389,7 @@ def test_stopping_a_node_amid_its_callbacks_is_silent_and_takes_no_longer_than_i
     assert threads
     node.go_on.set()  # and what it does now, without its node, is nobody's concern
     for thread in threads:
-        thread.join(5)
+        thread.join(60)
     del busy, node
     gc.collect()
     assert capfd.readouterr().err == ""
