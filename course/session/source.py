@@ -672,6 +672,12 @@ def never_begins(source: str) -> tuple[str, int] | None:
     return next(((function.name, function.lineno) for function in found), None)
 
 
+def _runs_itself(tree: ast.Module, name: str) -> ast.Call | None:
+    """Return the call, in the function `name`, of the program's own execute callback; None if there is none."""
+    executes = {name_of(argument(call, 3, "execute_callback")) for call in calls(tree, "ActionServer")} - {""}
+    return next((call for made in named(tree, {name}) for each in executes for call in calls(made, each)), None)
+
+
 def _keeps(function: ast.Lambda) -> bool:
     """Return True if a lambda hands its argument on to something that may keep it."""
     names = {each.arg for each in function.args.args}
@@ -733,10 +739,13 @@ def idle(place: str, source: str) -> str:
                 f"{place}, line {bare.lineno}: `{text}` is the method itself, and nothing calls it, so no goal starts. "
                 f"Write `{text}()`."
             )
-        return (
+        why = (
             f"{place}, line {silent[1]}: '{silent[0]}' receives each accepted goal, but nothing "
             "calls `goal_handle.execute()`, so no goal starts."
         )
+        if own := _runs_itself(parse(source), silent[0]):
+            why += f" `{ast.unparse(own)}` only runs your function: write `goal_handle.execute()`, which starts the goal."
+        return why
     if empty := empty_executor(source):
         return (
             f"{place}, line {empty[1]}: `{empty[0]}` spins an executor to which no node was added, so no callback "

@@ -127,6 +127,12 @@ def test_accepted_goals_that_nobody_begins(body, found):
     assert never_begins(SERVER.format(body=body)) == found
 
 
+@pytest.mark.parametrize(("body", "told"), [("self.execute(goal_handle)", True), ("self.newest = goal_handle", False)])
+def test_a_program_that_runs_its_execute_callback_itself_is_told_what_starts_a_goal(body, told):
+    says = f"so no goal starts. `{body}` only runs your function: write `goal_handle.execute()`, which starts the goal."
+    assert (says in idle("a.py", SERVER.format(body=body))) == told
+
+
 @pytest.mark.parametrize(
     ("lines", "line"),
     [
