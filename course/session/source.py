@@ -744,7 +744,9 @@ def idle(place: str, source: str) -> str:
             "calls `goal_handle.execute()`, so no goal starts."
         )
         if own := _runs_itself(parse(source), silent[0]):
-            why += f" `{ast.unparse(own)}` only runs your function: write `goal_handle.execute()`, which starts the goal."
+            why += (
+                f" `{ast.unparse(own)}` only runs your function: write `goal_handle.execute()`, which starts the goal."
+            )
         return why
     if empty := empty_executor(source):
         return (
