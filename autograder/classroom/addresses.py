@@ -5,11 +5,12 @@ Where DNS allows it, each server has a host name of its own, and the hub has ano
 
 Otherwise there are two proxies.  One, on the class's address, leads to the hub and to the students' servers; no
 instructor can log in there.  The other, which only this machine can reach, leads to the hub and to the instructors'
-servers.
+servers.  Neither answers at the other's host name.
 """
 
+from pathlib import Path
 from typing import Any
-from urllib.parse import unquote, urlsplit
+from urllib.parse import unquote, urlencode, urlsplit
 
 from jupyterhub.handlers.base import BaseHandler
 from jupyterhub.proxy import ConfigurableHTTPProxy
@@ -17,7 +18,7 @@ from tornado import web
 from traitlets.config import Config
 
 from autograder.classroom import hub
-from autograder.classroom.plan import Classroom, as_url
+from autograder.classroom.plan import LOCAL, STAFF_HOST, Classroom, as_url
 
 READING = ("GET", "HEAD", "OPTIONS")  # HTTP methods that change nothing
 
@@ -44,7 +45,7 @@ class StudentsProxy(ConfigurableHTTPProxy):
             public_url=f"http://127.0.0.1:{self.classroom.staff_port}",
             api_url=as_url(self.classroom.run / "staff-proxy.sock"),
             pid_file=str(hub.staff_proxy_pid(self.classroom)),
-            command=self.command,
+            command=command(only=STAFF_HOST),
             auth_token=self.auth_token,
             app=self.app,
             hub=self.hub,
@@ -86,14 +87,25 @@ def owner(routespec: str) -> str:
     return unquote(name) if kind == "user" else ""
 
 
+def command(**names: str) -> list[str]:
+    """Return the command that starts a proxy.
+
+    It answers at `only` this host name, or at none that ends with `never`; without either, at any.
+    """
+    loaded = (Path(__file__).with_name("proxy") / "of_a_class.mjs").as_uri()
+    return [str(hub.node()), "--import", f"{loaded}?{urlencode(names)}" if names else loaded, str(hub.proxy())]
+
+
 def keep_apart(c: Config, classroom: Classroom) -> None:
     """Configure the hub to accept each member's log-in only at that member's address, and the routes to match."""
     if classroom.host:
+        c.ConfigurableHTTPProxy.command = command()
         c.JupyterHub.subdomain_host = classroom.url.rstrip("/")
         c.JupyterHub.cookie_host_prefix_enabled = bool(classroom.certificate)  # such cookies need HTTPS
     else:
         StudentsProxy.classroom = classroom
         c.JupyterHub.proxy_class = StudentsProxy
+        c.ConfigurableHTTPProxy.command = command(never=f".{LOCAL}")
         c.StudentsProxy = c.ConfigurableHTTPProxy
     instructors = {member.name for member in classroom.instructors}
     known = BaseHandler.get_current_user_cookie

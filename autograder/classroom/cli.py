@@ -100,6 +100,8 @@ def up(
     if wrong := members.wrong(prefix):
         raise UsageError(f"--prefix: {wrong}")
     ip = ip if ip is not None else ("" if certificate_file else LOOPBACK)
+    if ip.lower().rstrip(".").endswith(f".{LOCAL}"):
+        raise UsageError(f"--ip {ip}: names that end in .{LOCAL} are for --host; give an address such as {LOOPBACK}")
     if host is None:
         host = LOCAL if ip == LOOPBACK and not certificate_file else ""
     elif certificate_file and host:

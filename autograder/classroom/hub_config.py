@@ -32,8 +32,6 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # servers outlive the hub, and the next hub finds them
     c.JupyterHub.spawner_class = BoxSpawner
-    loaded = Path(__file__).with_name("proxy") / "of_a_class.mjs"
-    c.ConfigurableHTTPProxy.command = [str(hub.node()), "--import", loaded.as_uri(), str(hub.proxy())]
     c.ConfigurableHTTPProxy.api_url = as_url(classroom.run / "proxy.sock")
     c.ConfigurableHTTPProxy.pid_file = str(hub.proxy_pid(classroom))
     # A student controls everything at their address: nobody else may be logged in there.

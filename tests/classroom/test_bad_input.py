@@ -67,6 +67,7 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
         (["--certificate", "/nowhere.pem", "--key", "/nowhere.key"], "there is no file /nowhere.pem"),
         (["--certificate", "/nowhere.pem"], "give --certificate and --key, or neither"),
         (["--passwords", "none"], "it is pam or dummy"),
+        (["--host", "", "--ip", "instructors.localhost"], "names that end in .localhost are for --host"),
         (["--roster", "/nowhere.csv"], "/nowhere.csv cannot be read"),
     ],
 )

@@ -23,7 +23,7 @@ import websocket
 
 from autograder.classroom import accounts, course_files, homes, hub, servers
 from autograder.classroom.certificate import check_covers, paths, warning
-from autograder.classroom.plan import RUN, Classroom
+from autograder.classroom.plan import LOCAL, RUN, STAFF_HOST, Classroom
 from autograder.errors import UsageError
 from autograder.gradebook import members
 from course.foundation import processes
@@ -332,6 +332,33 @@ def test_without_names_instructors_have_an_address_that_no_students_server_share
     assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
     assert theft.loot(theirs) == []
     assert f"instructors come in at {staff} alone" in run_classroom("status", *common).stdout
+
+
+@pytest.mark.parametrize(
+    ("of_instructors", "name"),
+    [
+        *[(False, f"{before}{STAFF_HOST}{after}") for before in ("", "x.") for after in ("", ".")],
+        *[(False, STAFF_HOST.upper()), (False, f"ada.{LOCAL}")],  # the latter may be of another class
+        *[(True, name) for name in (LOCAL, "127.0.0.1", f"x.{STAFF_HOST}", "class.example.org")],
+    ],
+)
+def test_neither_address_answers_at_the_others_name(ended, of_instructors, name):
+    """Browsers send the cookies of a name to each of its ports, and take them from there."""
+    classroom = Classroom.load(ended[0].folder)
+    port = classroom.staff_port if of_instructors else classroom.port
+    own = STAFF_HOST if of_instructors else "127.0.0.1"
+    upgrade = {"Connection": "Upgrade", "Upgrade": "websocket"}
+
+    def get(host: str, path: str, **headers: str) -> requests.Response:
+        headers["Host"] = f"{host}:{port}"
+        return requests.get(f"http://127.0.0.1:{port}{path}", headers=headers, allow_redirects=False, timeout=WAIT)
+
+    for path, headers in (("/", {}), ("/hub/login", {}), ("/user/ada/lab", {}), ("/user/ada/api", upgrade)):
+        refused = get(name, path, **headers)
+        assert refused.status_code == 404 and "Set-Cookie" not in refused.headers, path
+    answer = get(own, "/hub/login")
+    assert answer.ok and "_xsrf=" in answer.headers["Set-Cookie"]
+    assert "domain=" not in answer.headers["Set-Cookie"].lower()  # of this name alone
 
 
 def test_a_new_password_ends_what_was_logged_in_before(ended):

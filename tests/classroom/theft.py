@@ -12,10 +12,11 @@ import sqlite3
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from urllib.parse import urlsplit
 
 from playwright.sync_api import Browser, Page
 
-from autograder.classroom.plan import Classroom
+from autograder.classroom.plan import STAFF_HOST, Classroom
 from tests.classroom.visitor import Visitor
 
 WAIT = 180_000  # ms
@@ -29,6 +30,7 @@ class Theirs(http.server.BaseHTTPRequestHandler):
         """Send it."""
         self.send_response(200)
         self.send_header("Content-Type", "text/html")
+        self.send_header("Set-Cookie", "jupyterhub-hub-login=theirs; Path=/hub/")  # logs out whoever takes it
         self.send_header("Content-Length", str(len(PAGE)))
         self.end_headers()
         self.wfile.write(PAGE)
@@ -143,6 +145,9 @@ def steal(
         if tossed:
             theirs += page.evaluate(STEAL, [hubs, own, "teacher", "theirs"])
             page.context.clear_cookies(domain=f".{classroom.host}")  # what the page of the hub's does is without them
+        if classroom.staff_address:  # cookies know no ports
+            page.goto(student.base.replace(urlsplit(student.base).hostname or "", STAFF_HOST) + secrets.token_hex(4))
+            assert page.title() == "The class has another address"
         page.goto(classroom.address_of(classroom.find("teacher")) + "hub/home")
         same = page.evaluate(STEAL, [[classroom.address_of(classroom.find("teacher"))], own, "teacher", "stolen"])
     page.context.close()
