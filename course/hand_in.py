@@ -348,7 +348,8 @@ def submit(found: HandIn, archive: Path) -> None:
         folder.mkdir()
         for each, content in found.files.items():
             (folder / each).write_bytes(content)
-        command = [sys.executable, "-m", "nbgrader", "submit", found.assignment, "--course", course_id]
+        nbgrader = [sys.executable, "-P", "-m", "course.notebook.own_path", "nbgrader"]
+        command = [*nbgrader, "submit", found.assignment, "--course", course_id]
         done = subprocess.run([*command, f"--Exchange.assignment_dir={place}"], capture_output=True, text=True)
     if done.returncode:
         said = [line for line in done.stderr.splitlines() if "ERROR" in line or "CRITICAL" in line]

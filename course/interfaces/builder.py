@@ -221,7 +221,8 @@ def _build(package: str, texts: Mapping[str, str], definitions: list[Definition]
     share = _install_definitions(package, texts, definitions, prefix)
     source, plain = scratch / "source", scratch / "plain"
     _lay_out({name: without_comments(text) for name, text in texts.items()}, plain)
-    _run([sys.executable, "-m", "course.interfaces.generate", package, plain, share, source], "generating the code")
+    generator = [sys.executable, "-P", "-m", "course.interfaces.generate"]  # -P: imports nothing from this folder
+    _run([*generator, package, plain, share, source], "generating the code")
     python = _install_python(package, source, prefix)
     # The type supports are loaded by names made from the package's: with the key in them, a later build of the same
     # package can be loaded beside this one.

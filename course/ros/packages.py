@@ -98,18 +98,18 @@ def find_executables(name: str) -> Executables | None:
         found.setdefault(path.name, []).append([str(path)])
     if name == COURSE:  # exists even if it is not registered
         for path in sorted(NODES.glob("[!_]*.py")):
-            found.setdefault(path.stem, [[sys.executable, "-m", f"course.nodes.{path.stem}"]])
+            found.setdefault(path.stem, [_node(path.stem)])
     elif installed is None:
         if folder := own_folders().get(name):
             return own_executables(name, folder)
         if name in DEMO_PACKAGES:
-            return {demo: [_demo(*DEMOS[demo])] for demo in sorted(DEMO_PACKAGES[name])}
+            return {demo: [_node(*DEMOS[demo])] for demo in sorted(DEMO_PACKAGES[name])}
         return {**(find_executables(COURSE) or {}), **own_executables(name, Path.cwd())} if name == BOOK else None
     return found
 
 
-def _demo(name: str, *arguments: str) -> list[str]:
-    """Return the command that runs a demo's module; a folder called `course` is not the package (-P)."""
+def _node(name: str, *arguments: str) -> list[str]:
+    """Return the command that runs a node's module; a folder called `course` is not the package (-P)."""
     return [sys.executable, "-P", "-m", f"course.nodes.{name}", *arguments]
 
 

@@ -1,16 +1,21 @@
 """A folder that somebody has handed in is opened: nothing of it runs before a cell, or a command, asks for it."""
 
+import os
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from autograder.paths import repository
+from course import interfaces
+from course.ros import packages
 from tests.kernels import Kernel
 
 # What Python, IPython, JupyterLab or the course look for by these names.
 NAMES = [
     "appnope",
+    "argcomplete",
     "comm",
     "course",
     "debugpy",
@@ -47,6 +52,12 @@ def ran(folder: Path) -> str:
     return told.read_text() if told.exists() else ""
 
 
+def without_configuration(folder: Path) -> None:
+    """Remove what nbgrader and Jupyter run in any folder, and what is never collected."""
+    for configuration in folder.glob("*_config.py"):
+        configuration.unlink()
+
+
 def test_a_kernel_takes_nothing_from_its_folder_but_what_a_cell_asks_for(folder):
     kernel = Kernel(folder)
     try:
@@ -64,6 +75,60 @@ def test_a_kernel_takes_nothing_from_its_folder_but_what_a_cell_asks_for(folder)
 def test_a_terminal_takes_nothing_from_its_folder(folder, command):
     program, *arguments = command
     subprocess.run([repository() / program, *arguments], cwd=folder, check=True, timeout=60, stdin=subprocess.DEVNULL)
+    assert ran(folder) == ""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "autograder --help",
+        "course sessions",
+        "jupyter dejavu --help",
+        "jupyter nbconvert --to markdown book.ipynb",
+        "jupyter kernelspec list",
+        "nbgrader list",
+        "nbgrader zip_collect calculator",
+        "ros2 pkg executables course",
+    ],
+)
+def test_a_command_takes_nothing_from_its_folder(folder, command):
+    without_configuration(folder)
+    (folder / "book.ipynb").write_text('{"cells": [], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}')
+    program, *arguments = command.split()
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"}
+    done = subprocess.run(
+        [program, *arguments], cwd=folder, env=environment, capture_output=True, text=True, timeout=60
+    )
+    assert ran(folder) == "" and "Traceback" not in done.stderr
+
+
+def test_a_server_with_formgrader_takes_nothing_from_its_folder(folder):
+    without_configuration(folder)
+    program = """
+from course.lab.server import formgrader
+formgrader.guard()
+from nbgrader.server_extensions.formgrader.formgrader import FormgradeExtension
+FormgradeExtension().initialize([])
+import argcomplete
+"""
+    subprocess.run([sys.executable, "-P", "-c", program], cwd=folder, check=True, timeout=60)
+    assert ran(folder) == ""
+
+
+def test_an_interface_is_built_with_nothing_of_the_folder(folder, monkeypatch, tmp_path_factory):
+    """As `course doctor` does, and a cell with a `.srv`."""
+    monkeypatch.chdir(folder)
+    cache = tmp_path_factory.mktemp("cache")
+    built = interfaces.build("opened_interfaces", {"Ping.srv": "int32 a\n---\nint32 b\n"}, cache=cache, use=False)
+    assert built.site_packages.is_dir() and ran(folder) == ""
+
+
+def test_a_node_of_the_course_is_run_with_nothing_of_the_folder(folder, monkeypatch):
+    """As by `ros2 run`, also where the course's package is not registered."""
+    monkeypatch.setattr(packages, "installed_paths", lambda name: None)
+    commands = (packages.find_executables(packages.COURSE) or {})["add_two_ints_client"]
+    python = commands[0][:-1]  # its last word names the node
+    subprocess.run([*python, "course.nodes"], cwd=folder, timeout=60, stdin=subprocess.DEVNULL, capture_output=True)
     assert ran(folder) == ""
 
 

@@ -2,7 +2,7 @@
 
 nbgrader 0.9 puts names and the parts of an address into its pages as they are, so that a link, or a student whose name
 or folder is HTML, would run a script with the rights of the instructor who looks. So would a drawing (SVG) beside a
-handed-in notebook that links to it.
+handed-in notebook that links to it. And it puts the server's folder first on the path of all modules.
 """
 
 import html
@@ -13,6 +13,8 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader
 from nbconvert.exporters import HTMLExporter
 from tornado.web import Application
+
+from course.notebook import own_path
 
 IN_SCRIPT = re.compile(r'"\{\{ (\w+) \}\}"(?=;)')  # the value of a variable of JavaScript
 DIALOGS = '/formgrader/static/js/utils.js"></script>'
@@ -58,6 +60,7 @@ def guard() -> None:
     from nbgrader.server_extensions.formgrader import handlers
     from nbgrader.server_extensions.formgrader.formgrader import FormgradeExtension
 
+    own_path.keep_path()
     handlers.SubmissionFilesHandler.set_extra_headers = confine
     begin = FormgradeExtension.init_tornado_settings
 
