@@ -183,6 +183,8 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         nbgrader += [
             "from autograder.gradebook.exchange_collect import OwnersCollect",
             "c.ExchangeFactory.collect = OwnersCollect",
+            "from autograder.gradebook.exchange_list import RegularList",
+            "c.ExchangeFactory.list = RegularList",
             f"c.CourseDirectory.root = {_grading(member)!r}",
         ]
     return {

@@ -168,7 +168,7 @@ class OwnersCollect(ExchangeCollect):
                 try:
                     if CONFIGURATION.fullmatch(name):
                         raise OSError("a command that is given beside it would run it")
-                    size, written = _copy(name, descriptor, copy, space if files else 0)
+                    size, written = copy_file(name, descriptor, copy, space if files else 0)
                     space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
                     why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
@@ -180,9 +180,9 @@ class OwnersCollect(ExchangeCollect):
         """Add the two files without which nbgrader would stop the whole class, if a student has left them out."""
         record = self._path_to_record(src)
         claimed, over = record["timestamp"], self._over(record["username"])
-        if (_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
+        if (small_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
-        if not SECRET.fullmatch(_text(copy / SECRETS) or ""):
+        if not SECRET.fullmatch(small_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
         after = ", after the end" if over and changed > over else ""
         if after or changed - claimed > SLOW:
@@ -220,7 +220,7 @@ def _walk(folder: str) -> Iterator[tuple[str, list[str], list[str], int]]:
         yield from os.fwalk(folder, follow_symlinks=False)
 
 
-def _text(path: Path) -> str | None:
+def small_text(path: Path) -> str | None:
     """Return the content of a small ASCII file; None for anything else."""
     try:
         return path.read_bytes()[:1000].decode("ascii").strip()
@@ -228,7 +228,7 @@ def _text(path: Path) -> str | None:
         return None
 
 
-def _copy(name: str, folder: int, copy: Path, most: int) -> tuple[int, datetime]:
+def copy_file(name: str, folder: int, copy: Path, most: int) -> tuple[int, datetime]:
     """Copy a regular file of at most `most` bytes from an open folder.
 
     Returns its size and its change time after the copy, because it may be written to while it is read.  Raises OSError.

@@ -15,10 +15,12 @@ from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from traitlets.config import Config
 
-from autograder.classroom import course_files
+from autograder.classroom import box, course_files
+from autograder.classroom.plan import Classroom, Member
 from autograder.errors import UsageError
 from autograder.gradebook import ends, exchange_collect, extensions, members
 from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
+from autograder.gradebook.exchange_list import RegularList
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
 from course.foundation.waiting import wait_until
@@ -293,3 +295,51 @@ def test_a_file_that_is_written_into_while_it_is_read_is_told(inbound, collect, 
     assert b"later" in collect().values()
     (told,) = (line for line in caplog.messages if "was last changed at" in line)
     assert str(EVE) in told
+
+
+@pytest.mark.parametrize("secret", [False, True])
+def test_a_list_reads_regular_files_alone_and_names_the_others(inbound, tmp_path, caplog, secret):
+    hand_in(inbound, ADA, f"ada+calculator+{TIME.format(1)}+x", a="ada's").joinpath("calculator.ipynb").write_text("{}")
+    folder = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x")
+    (folder / "calculator.ipynb").write_text("{}")
+    os.mkfifo(folder / "pipe.ipynb")
+    (folder / "folder.ipynb").mkdir()
+    (folder / "link.ipynb").symlink_to("/etc/shadow")
+    if secret:
+        (folder / exchange_collect.SECRETS).write_text("s" * 32)
+    (inbound / f"eve+calculator+{TIME.format(2)}+x").symlink_to(tmp_path)
+    (folder / "\udcff.ipynb").write_text("{}")
+    hand_in(inbound, EVE, "eve+calculator+\x1b[2J+x", b="eve's")
+    if not secret:
+        (folder / exchange_collect.SECRETS).write_bytes(b"\xff")
+    closed = hand_in(inbound, BOB, f"bob+calculator+{TIME.format(1)}+x")
+    (closed / "calculator.ipynb").write_text("{}")
+    (closed / "calculator.ipynb").chmod(0)
+    config = Config()
+    config.Exchange.root = str(tmp_path / "exchange")
+    config.CourseDirectory.course_id, config.CourseDirectory.assignment_id = "ros2", "calculator"
+    own = CourseDirectory(config=config)
+    listing = RegularList(coursedir=own, authenticator=Authenticator(config=config), config=config, inbound=True)
+    with reading_as_anybody():
+        found = {student["student_id"]: student["submissions"] for student in listing.start()}
+    assert {name: [n["notebook_id"] for each in of for n in each["notebooks"]] for name, of in found.items()} == {
+        "ada": ["calculator"],
+        "eve": ["calculator"],
+        "bob": [],
+    }
+    assert found["eve"][0]["notebooks"][0]["path"] == str(folder / "calculator.ipynb")
+    told = [record.getMessage() for record in caplog.records if "cannot be read" in record.getMessage()]
+    assert sorted(line.partition("+")[0].rpartition("/")[2] for line in told) == [
+        "bob",
+        *["eve"] * (4 if secret else 5),
+    ]
+    assert "\x1b" not in caplog.text and f"No notebooks found in {closed}" in caplog.text
+
+
+@pytest.mark.parametrize("staff", [False, True])
+def test_an_instructors_nbgrader_takes_both_from_here(tmp_path, staff):
+    said = box._configuration(Classroom(tmp_path, ()), Member("teacher", staff))["nbgrader_config.py"]
+    config = Config()
+    exec(said, {"get_config": lambda: config})
+    chosen = config.ExchangeFactory
+    assert (chosen.get("collect"), chosen.get("list")) == ((OwnersCollect, RegularList) if staff else (None, None))
