@@ -277,7 +277,8 @@ function Choice(props: {
           if (wanted) {
             const usual = found.find(each => USUAL.some(name => each === name || each.endsWith(`.${name}`)));
             setFound(found);
-            setField(usual ?? found.find(each => !each.startsWith('header.')) ?? found[0] ?? '');
+            const first = usual ?? found.find(each => !each.startsWith('header.')) ?? found[0] ?? '';
+            setField(typed => typed || first); // what the reader has typed meanwhile stays
           }
         },
         error => wanted && setFailed(error.message)
