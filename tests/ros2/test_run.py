@@ -128,7 +128,7 @@ def test_the_course_s_nodes_are_its_modules(alone, tmp_path, monkeypatch):
     """Each module of course/nodes runs under its name; another name is told from an unknown package."""
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     found = packages.find_executables("course")
-    assert found["world"] == [[sys.executable, "-m", "course.nodes.world"]]
+    assert found["world"] == [[sys.executable, "-P", "-m", "course.nodes.world"]]
     assert "__init__" not in found
     install.register(tmp_path)
     (command,) = packages.find_executables("course")["world"]
