@@ -199,8 +199,7 @@ class Calls:
 
     def _programs(self, name: str) -> list[NodeProcess]:
         """Return the running programs that serve the service or action `name`."""
-        handles = (each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive)
-        return [handle for handle in handles if handle.services & {name, f"{name}{SEND}"}]
+        return [each for each in self._running() if each.services & {name, f"{name}{SEND}"}]
 
     def serving(self, name: str) -> bool:
         """Return True while a program runs that has served the service or action `name`, and was not stopped."""
@@ -386,14 +385,16 @@ class Calls:
         """Ask the graph which program serves `service`, unless one is known to: it lists services one by one."""
         if self._programs(service):
             return
-        for each in list(self._handles.values()):
-            if isinstance(each, NodeProcess) and each.alive:
-                each.services |= {*itertools.chain.from_iterable(map(Presence(self.node).services, each.nodes))}
+        for each in self._running():
+            each.services |= {*itertools.chain.from_iterable(map(Presence(self.node).services, each.nodes))}
+
+    def _running(self) -> list[NodeProcess]:
+        """Return the session's programs that run."""
+        return [each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive]
 
     def _beginners(self, maker: str, name: str) -> list[NodeProcess]:
         """Return the running programs that may still make `name` by `maker`, by their text."""
-        programs = [each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive]
-        return [each for each in programs if not none_will_offer({each.name: each}, maker, name)]
+        return [each for each in self._running() if not none_will_offer({each.name: each}, maker, name)]
 
     def _stuck(self, maker: str, name: str) -> Callable[[], str]:
         """Return a function for a wait for a server, to be called again and again.
