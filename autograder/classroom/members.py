@@ -14,6 +14,7 @@ INSTRUCTOR = "instructor"
 ROLES = ("", "student", INSTRUCTOR)
 LONGEST = 24  # characters of a name: with the prefix it must fit into the 32 of a Unix user
 STAFF = "staff"  # with the class's prefix, the name of its instructors' group
+STAFF_LABEL = "instructors"  # in the host name at which instructors come in, where students share an address
 NAME = re.compile(r"[a-z][a-z0-9_-]*")
 
 
@@ -58,6 +59,8 @@ def wrong(name: str) -> str:
         return f"{name!r} is not a valid Unix user name: write a lower-case letter first, then letters, digits, - and _"
     if name == STAFF:
         return f"{name!r} is what the instructors' group is called: choose another name"
+    if name == STAFF_LABEL:  # with host names, a page of this student's would get the cookies of another class there
+        return f"{name!r} is in the address at which instructors log in: choose another name"
     if len(name) > LONGEST:
         return f"{name!r} is longer than {LONGEST} letters"
     return ""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Self
 from urllib.parse import quote
 
-from autograder.classroom.members import STAFF, Member
+from autograder.classroom.members import STAFF, STAFF_LABEL, Member
 from autograder.errors import UsageError
 from course.foundation import storage
 
@@ -19,7 +19,7 @@ WHOSE = "folder"  # a file in a class's folder of sockets: the path of the class
 RUN = Path("/run/ros2-classroom")  # for sockets: the paths are short enough, and gone after a reboot
 GIB = 1 << 30
 LOCAL = "localhost"  # browsers resolve its subdomains to their own machine
-STAFF_HOST = f"instructors.{LOCAL}"
+STAFF_HOST = f"{STAFF_LABEL}.{LOCAL}"
 
 
 @dataclass(frozen=True)

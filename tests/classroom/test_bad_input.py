@@ -20,6 +20,7 @@ WRONG = {
     "not a Unix name": ("student\nAda Lovelace\n", "line 2: 'Ada Lovelace' is not a valid Unix user name"),
     "an attack": ("student\n../../root\n", "is not a valid Unix user name"),
     "the instructors' group": ("student\nstaff\n", "line 2: 'staff' is what the instructors' group is called"),
+    "the instructors' address": ("student\ninstructors\n", "line 2: 'instructors' is in the address at which"),
     "too long": (f"student\n{'a' * 25}\n", "longer than 24 letters"),
     "an empty line": ("student,role\nada,\n,\n", "line 3: '' is not a valid Unix user name"),
     "no column": ("name\nada\n", "no column 'student'"),
