@@ -37,6 +37,8 @@ MOUNT_TERMINALS = f"mount -t devpts -o newinstance,ptmxmode=0666,mode=620,max={T
 STAFF_ONLY = ("course-list", "create-assignment", "formgrader", "validate-assignment")  # of nbgrader's extensions
 STAFFS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, True)
 STUDENTS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, False)
+# Of JupyterLab: news are from the internet, and a chart that was handed in reads the files of whoever opens it.
+NEVER = ("@jupyterlab/apputils-extension:announcements", "@jupyterlab/vega5-extension")
 
 
 def home(member: Member) -> str:
@@ -167,7 +169,7 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         server["ServerApp"]["tornado_settings"] = {"headers": {"Content-Security-Policy": "frame-ancestors 'self'"}}
     disabled = {f"@jupyter/nbgrader:{name}": not on for name, on in extensions.items()}
     page = {
-        "disabledExtensions": disabled | {"@jupyterlab/apputils-extension:announcements": True},  # from the internet
+        "disabledExtensions": disabled | dict.fromkeys(NEVER, True),
         "buildAvailable": False,
         "buildCheck": False,  # would run Node.js for each page that is opened
     }

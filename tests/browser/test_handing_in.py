@@ -82,12 +82,13 @@ def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exch
 
 
 @pytest.mark.parametrize("profile", ["student", "instructor", "developer"])
-def test_nobody_is_asked_whether_to_get_news(tmp_path, profile):
-    """JupyterLab asks it, and looks for updates, unless this part of it is disabled."""
+def test_nobody_is_asked_whether_to_get_news_or_shown_charts_of_vega(tmp_path, profile):
+    """JupyterLab asks, looks for updates, and draws what can read files, unless these parts of it are disabled."""
     disabled = json.loads((settings(tmp_path, profile) / "labconfig/page_config.json").read_text())[
         "disabledExtensions"
     ]
     assert disabled["@jupyterlab/apputils-extension:announcements"] is True
+    assert disabled["@jupyterlab/vega5-extension"] is True
 
 
 def test_instructors_keep_their_tabs(tmp_path):

@@ -113,6 +113,10 @@ def answer(request, response):
 answering = ros.node.create_service(Ask, '/commented', answer)
 !ros2 interface show hostile_interfaces/srv/Ask
 """
+CHART = {  # JupyterLab would draw it, and follow its addresses, in a notebook that is not trusted, too
+    "$schema": "https://vega.github.io/schema/vega/v5.json",
+    "data": [{"name": "a", "url": "https://evil.example/a.json"}],
+}
 DYING = f"import rclpy\nrclpy.init()\nrclpy.create_node('dying')\nraise ValueError({EVIL!r})"
 # Ends with the kernel.
 NAMED = STRANGERS["markup, with endpoints"].replace(
@@ -185,10 +189,13 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
     cells[9].metadata = mark("hostile-interface", solution=True)
     for each in cells[2:9]:
         each.metadata = {"tags": ["raises-exception"]}
+    drawn = {"application/vnd.vega.v5+json": CHART, "application/vnd.vegalite.v5+json": CHART, "text/plain": END}
+    cells[0].outputs = [nbformat.v4.new_output("display_data", drawn)]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "hostile.ipynb")
     with watched(page) as watch:
         open_page(page, lab, "hostile/hostile.ipynb")
+        expect(cell(page, 0).locator(".jp-OutputArea-output")).to_have_text(END)
         nodes = show_panel(page, "Nodes")
         expect(nodes).to_contain_text("Run the notebook’s first cell: ros = course.live()")
         choose(page, "Run", "Run All Cells")
