@@ -1432,10 +1432,19 @@ SENTENCES = [
         (
             "        import time\n        from rcl_interfaces.msg import SetParametersResult\n"
             "        self.add_on_set_parameters_callback(\n"
-            "            lambda _: time.sleep(3.0) or SetParametersResult(successful=True))\n"
+            "            lambda _: time.sleep(1.5 * bool(self.client._pending_requests))\n"
+            "            or SetParametersResult(successful=True))\n"
             "        group = ReentrantCallbackGroup()\n"
         ),
-        "a parameter must be set at once, also while callers wait; it took 3.",
+        "a parameter must be set at once, also while callers wait; it took 1.",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "AddTwoInts.Request(a=a, b=b))\n",
+        "AddTwoInts.Request(a=a, b=b))\n        __import__('time').sleep(0.7)\n",
+        "within 0.5 s after it has come from /add_two_ints; it took 0.",
     ),
     each_night(
         "services",
