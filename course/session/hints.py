@@ -176,6 +176,11 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
         return f"The callback `{idle[0]}` calls nothing: pass the method itself, `{idle[2]}`."
     if callback := wrong_return(source):
         name, _, returned = callback
+        if re.match(r"\w+ = ", returned):
+            return (
+                f"In the service callback '{name}', `{returned}` puts something else in the place of the response that "
+                "it is given. Set the fields of that one instead (`response.field = ...`), and return it."
+            )
         if ".Response(" in returned:
             return (
                 f"The service callback '{name}' returns `{returned}`, and its service is of another type: fill in the "

@@ -488,7 +488,8 @@ def _makers(tree: ast.AST) -> set[str]:
 def wrong_return(source: str) -> tuple[str, int, str] | None:
     """Return a service callback that may not return its response: its name, a line, and its return value or ''.
 
-    None if all do, judging by their text.
+    In place of the value is the assignment, `response = {...}`, that replaces the response.  None if all callbacks
+    return theirs, judging by their text.
     """
     tree = parse(source)
     types = {
@@ -514,6 +515,8 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
                 return function.name, wrong[0].lineno, ast.unparse(wrong[0])
             if other or kept or (isinstance(value, ast.Name) and value.id == request):
                 return function.name, value.lineno, ast.unparse(value)
+            if held and name_of(value) == response and _holds_no_response(function, response):
+                return function.name, held[0].lineno, ast.unparse(held[0])
     return None
 
 

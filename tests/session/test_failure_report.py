@@ -880,6 +880,24 @@ def test_what_may_be_the_response_is_not_named(returned):
     assert source.wrong_return(text) is None
 
 
+@pytest.mark.parametrize("replaced", ["response = {'success': True}", "response = (True, 'on')", "response = 'on'"])
+def test_what_replaces_the_response_is_named_with_its_line(tmp_path, replaced):
+    text = SERVER.format(define="def", body=replaced, options="")
+    path = tmp_path / "server.py"
+    path.write_text(text)
+    report = failure_report.of_program(path, "Traceback (most recent call last):\nTypeError\n", 1)
+    assert [(frame.line, frame.code) for frame in report.frames] == [(9, replaced)]
+    assert report.hint.startswith(f"In the service callback 'ask', `{replaced}` puts something else in the place of ")
+    in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
+    assert (in_a_cell.frames[-1].line, in_a_cell.hint) == (9, report.hint)
+
+
+@pytest.mark.parametrize("made", ["SetBool.Response()", "self.filled(response)", "self.response", "request"])
+def test_what_may_be_another_response_is_not_said_to_replace_it(made):
+    text = SERVER.format(define="def", body=f"response = None; response = {made}", options="")
+    assert source.wrong_return(text.replace("SetBool", "Trigger")) is None
+
+
 def test_the_function_that_ends_a_server():
     assert source.exits("def main():\n    sys.exit(1)") == ""
     assert source.exits("def ask():\n    sys.exit(1)") == source.exits("def ask():\n    raise SystemExit") == "ask"
