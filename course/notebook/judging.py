@@ -48,7 +48,9 @@ from course.session.source import (
     functions,
     idle,
     name_of,
+    named,
     one_at_a_time,
+    parameter_callbacks,
     service_callbacks,
     timer_in_a_callback,
     without_global,
@@ -71,6 +73,7 @@ KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it
 BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
 MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
 LOOK = 0.05  # s between two looks at it
+SETTING = ("set_parameters", "set_parameters_atomically")
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
@@ -502,6 +505,21 @@ def shared_response(file: str) -> str:
                 return (
                     f"\n{at}\nAll calls share `{ast.unparse(node.value)}`: a call that runs meanwhile changes it. Fill "
                     "in the response that the callback is given, and return that."
+                )
+    return ""
+
+
+def sets_in_a_check(file: str) -> str:
+    """Return lines about a parameter that an on-set callback, which only checks, sets itself; '' if none does."""
+    source = text_at(Path(file))
+    tree = parse_program(source)
+    for function in named(tree, parameter_callbacks(tree, "add_on_set_parameters_callback")):
+        for call in (each for name in SETTING for each in calls(function, name)):
+            if isinstance(call.func, ast.Attribute) and name_of(call.func.value) == "self":
+                return (
+                    f"\n{frame_at(file, call.lineno, source)}\nThis sets a parameter while another set is only being "
+                    "checked, and it stays so when that one is refused. An on-set callback must only look: a pre-set "
+                    "callback may change what is set, and a post-set callback acts."
                 )
     return ""
 

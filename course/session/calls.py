@@ -30,7 +30,7 @@ from course.session.offered import may_serve, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.presence import Presence
-from course.session.source import ONE_AT_A_TIME, answering, blocked, wrong_result
+from course.session.source import ONE_AT_A_TIME, answering, blocked, swapped_callbacks, wrong_result
 from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
@@ -125,7 +125,16 @@ class Calls:
     def _tell_of_no_result(self, service: str) -> None:
         """Tell the reader about a parameter callback with a wrong return value, for which rclpy names no node."""
         for handle in list(self._handles.values()):
-            if service in handle.services and (wrong := wrong_result(handle.source)):
+            if service in handle.services and (swapped := swapped_callbacks(handle.source)):
+                acts, first, checks, second = swapped
+                lines = f" (lines {first} and {second})" if isinstance(handle, NodeProcess) else ""
+                self.watch.notice(
+                    f"{handle.name}: the callbacks are registered the wrong way round{lines}. The on-set callback is "
+                    f"'{acts}', which returns nothing, and the post-set callback is '{checks}', which returns a "
+                    f"SetParametersResult. Write `add_on_set_parameters_callback(self.{checks})` and "
+                    f"`add_post_set_parameters_callback(self.{acts})`."
+                )
+            elif service in handle.services and (wrong := wrong_result(handle.source)):
                 name, line, text = wrong
                 at = f" in line {line}" if isinstance(handle, NodeProcess) else ""
                 returned = f"`{text}`" if text else "nothing"

@@ -585,6 +585,25 @@ def wrong_result(source: str) -> tuple[str, int, str] | None:
     )
 
 
+def swapped_callbacks(source: str) -> tuple[str, int, str, int] | None:
+    """Return an on-set callback that returns nothing and a post-set callback that returns the result of a check.
+
+    Their names, and the lines that register them; None unless the text shows both.
+    """
+    tree = parse(source)
+    makers = ("add_on_set_parameters_callback", "add_post_set_parameters_callback")
+    given = [[(name_of(argument(call, *CALLBACKS[maker])), call.lineno) for call in calls(tree, maker)]
+             for maker in makers]  # fmt: skip
+    names = {name for each in given for name, _ in each}
+    answers = {each.name: [node.value for node in inside(each) if isinstance(node, ast.Return) and node.value]
+               for each in named(tree, names)}  # fmt: skip
+    acts = [each for each in given[0] if answers.get(each[0]) == []]
+    checks = [each for each in given[1] if any(
+        isinstance(value, ast.Call) and name_of(value.func) == "SetParametersResult"
+        for value in answers.get(each[0], ()))]  # fmt: skip
+    return (*acts[0], *checks[0]) if acts and checks else None
+
+
 def parameter_callbacks(tree: ast.AST, *makers: str) -> set[str]:
     """Return the names of the parameter callbacks, registered by these `makers` or by any."""
     wanted = makers or tuple(name for name in CALLBACKS if name.endswith("_parameters_callback"))

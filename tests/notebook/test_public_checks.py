@@ -1417,6 +1417,36 @@ SENTENCES = [
         "its effort has no integral part: the ki of the start is not used",
     ),
     each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        if not limits['output_min'] < limits['output_max']:",
+        (
+            "        if not limits['output_min'] < limits['output_max']:\n"
+            "            self.set_parameters([rclpy.parameter.Parameter('output_min', value=-10.0)])"
+        ),
+        "are [-10.0, 20.0] now\n  pid_node.py, line 54\n    self.set_parameters(",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        KI_ALONE,
+        "if param.name == 'ki' and (param.value != self.ki or len(params) > 1):",
+        "a set of {'ki': 5.0, 'kd': 0.5}, with ki at 5 before, must leave the integral alone",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        if not limits['output_min'] < limits['output_max']:",
+        (
+            "        if not limits['output_min'] < limits['output_max']:\n"
+            "            self.integral *= not [each for each in params if each.name == 'ki' and each.value > 30.0]"
+        ),
+        "a refused set of ki and output_min changed the integral: ",
+    ),
+    each_night(
         "ai_integration",
         "wall-follower",
         "wall_follower.py",

@@ -15,7 +15,16 @@ from course.errors import CallTimeout
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
-from course.session.source import doubts, empty_executor, idle, never_begins, wrong_cancel, wrong_guard, wrong_result
+from course.session.source import (
+    doubts,
+    empty_executor,
+    idle,
+    never_begins,
+    swapped_callbacks,
+    wrong_cancel,
+    wrong_guard,
+    wrong_result,
+)
 
 NODE = """import rclpy
 from rcl_interfaces.msg import SetParametersResult
@@ -87,6 +96,42 @@ def test_a_call_tells_what_a_callback_for_parameters_returned(session, tmp_path,
     assert not answer.result.successful
     (told,) = session.watch.notices()
     assert told.startswith(f"careful.py: the callback 'check' returns {returned}. It must return `SetParametersResult(")
+
+
+SWAPPED = """
+        self.add_on_set_parameters_callback(self.act)
+        self.add_post_set_parameters_callback(self.check)
+
+    def check(self, params):
+        return SetParametersResult(successful=params[0].value > 0.0)
+
+    def act(self, params):
+        self.speed = params[0].value
+"""
+
+
+def test_callbacks_for_parameters_that_are_registered_the_wrong_way_round():
+    registered, _, rest = SWAPPED.partition("\n\n")
+    assert swapped_callbacks(f"class A(Node):\n    def __init__(self):{SWAPPED}") == ("act", 3, "check", 4)
+    right = registered.replace("_on_", "_x_").replace("_post_", "_on_").replace("_x_", "_post_")
+    assert swapped_callbacks(f"class A(Node):\n    def __init__(self):{right}\n\n{rest}") is None
+    for old, new in (("return Set", "Set"), ("self.speed = ", "return "), ("self.add_post", "add = self.post")):
+        assert swapped_callbacks(f"class A(Node):\n    def __init__(self):{SWAPPED.replace(old, new)}") is None
+
+
+def test_a_call_tells_of_callbacks_for_parameters_that_are_registered_the_wrong_way_round(session, tmp_path):
+    file = tmp_path / "careful.py"
+    before, _, _ = NODE.format(body="").partition("        self.add_on_set")
+    main = NODE.format(body="").partition("\nrclpy.init()")[2]
+    file.write_text(f"{before}{SWAPPED}\n\nrclpy.init(){main}")
+    session.start(file)
+    new = [Parameter("speed", value=2.0).to_parameter_msg()]
+    session.call("/careful/set_parameters_atomically", SetParametersAtomically, parameters=new)
+    (told,) = session.watch.notices()
+    assert told.startswith(
+        "careful.py: the callbacks are registered the wrong way round (lines 11 and 12). The on-set "
+    )
+    assert told.endswith(" and `add_post_set_parameters_callback(self.act)`.")
 
 
 def test_who_asks_for_the_parameters_of_a_node_of_another_name_reads_which_nodes_there_are(session, tmp_path):
