@@ -38,7 +38,17 @@ def exercise(line: str, cell: str) -> None:
     """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
     cell = content(cell)
     line, separator, rest = line.partition(" -- ")
-    options = parse_argstring(exercise, line)
+    try:
+        options = parse_argstring(exercise, line)
+    except UsageError as error:
+        if "the following arguments are required" not in str(error):
+            raise
+        wanted = wanted_files()
+        example = next((name for name in wanted if name.endswith(".py")), "server.py")
+        raise UsageError(
+            f"`%%exercise` needs the name of the file to write, as in `%%exercise {example}`"
+            + (f". The checks of this exercise use {', '.join(wanted)}" if wanted else "")
+        ) from None
     path = Path(options.file)
     if path.name != options.file or path.suffix not in SUFFIXES:
         files = ", ".join(wanted_files())

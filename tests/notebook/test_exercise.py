@@ -123,6 +123,11 @@ def test_solution_marks_are_not_part_of_the_file(kernel):
         ("%%exercise broken.py\ndef f(:\n    pass\n", "ExerciseError: broken.py, line 1: invalid syntax: def f(:"),
         ("%%exercise Wrong.srv\nfloat a\n---\n", "ExerciseError: Wrong.srv, line 1: there is no type 'float'"),
         ("%%exercise ends.py\nraise SystemExit(4)\n", "NodeFailed: ends.py ended with exit status 4"),
+        (
+            "%%exercise\npass\n",
+            "UsageError: `%%exercise` needs the name of the file to write, as in `%%exercise server.py`",
+        ),
+        ("%%exercise --no-start\npass\n", "`%%exercise` needs the name of the file to write, as in `%%exercise"),
         ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
         ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
     ],
