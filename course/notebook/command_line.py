@@ -3,12 +3,11 @@
 import ast
 from pathlib import Path
 
-from course.session.failure_report import NEVER_CALLED, frame_at, text_at
-from course.session.hints import never_called
+from course.session.failure_report import frame_at, text_at
+from course.session.hints import EXITS, uncalled_main
 from course.session.mixups import assigned
 from course.session.source import calls, functions, name_of, parse
 
-EXITS = ("exit", "_exit", "SystemExit")
 NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
 
 
@@ -73,13 +72,10 @@ def _function(node: ast.expr) -> ast.expr | None:
 def _nothing_printed(file: str, source: str) -> str:
     """Return lines that say that a program has printed nothing, with the line that only names main()."""
     lines = f"\n{file} printed nothing."
-    if not never_called(source):
+    if not (uncalled := uncalled_main(source)):
         return lines
-    for node in ast.walk(parse(source)):
-        if isinstance(node, ast.Expr) and name_of(node.value) == "main":
-            at = frame_at(file, node.lineno, source)
-            return f"{lines}\n{at}\nThis names the function and does not call it: write `sys.exit(main())`."
-    return f"{lines} {NEVER_CALLED}"
+    line, why = uncalled
+    return f"{lines}\n{frame_at(file, line, source)}\n{why}" if line else f"{lines} {why}"
 
 
 def _is_no_status(value: ast.expr | None, source: str) -> bool:

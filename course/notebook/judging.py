@@ -28,11 +28,11 @@ from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
 from course.session.domains import claim_domain
-from course.session.failure_report import GUARDED, MARK, NEVER_CALLED, frame_at, of_program, text_at
+from course.session.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.session.guards import interruptible
 from course.session.hangs import NOT_SPUN, THREADS
-from course.session.hints import never_called
 from course.session.hints import type_name as field_type
+from course.session.hints import uncalled_main
 from course.session.lines_that_wait import executor_threads, remark
 from course.session.live import current, live
 from course.session.node_process import NodeProcess
@@ -323,8 +323,9 @@ def why_silent(file: str) -> str:
     source = text_at(Path(file))
     if guard := wrong_guard(source):
         return f"\n{frame_at(file, guard[1], source)}\n{GUARDED.format(guard[0])}"
-    if never_called(source):
-        return f"\n{file}: {NEVER_CALLED}"
+    if uncalled := uncalled_main(source):
+        line, why = uncalled
+        return f"\n{frame_at(file, line, source)}\n{why}" if line else f"\n{file}: {why}"
     tree = parse_program(source)
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)

@@ -21,7 +21,7 @@ from rclpy.exceptions import InvalidHandle, NotInitializedException
 
 from course.ros.rclpy_internals import GoalFault, NoResult
 from course.session.clashes import other_type
-from course.session.hints import hint, is_client, makes_no_node, never_called, never_spins, returns_nothing, serves
+from course.session.hints import hint, is_client, makes_no_node, never_spins, returns_nothing, serves, uncalled_main
 from course.session.mixups import class_for_response, idle_lambda
 from course.session.nothing import silent_helper
 from course.session.overwritten import with_article
@@ -85,7 +85,6 @@ NODE_ENDED = (
 )
 IGNORED = re.compile(rf"^Exception ignored in: .*\n{re.escape(MARK)}\n(?: .*\n)*\S.*\n?", re.MULTILINE)
 GUARDED = "`{}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
-NEVER_CALLED = "main() is defined, but never called: end the file with `if __name__ == '__main__': main()`."
 MANY = 20  # calls of the reader's own functions: more are a recursion
 MESSAGE_LINES = 6  # lines of an exception's message
 RESULT_TYPE = "The 'result' field must be a sub message of type"
@@ -202,8 +201,9 @@ def of_program(
         return FailureReport(path.name, ending, "", frames, why)
     if exited and status == 0:
         return FailureReport(path.name, ending, "", exited, ends_the_program(exited[-1]))
-    if never_called(source):
-        why = NEVER_CALLED
+    if uncalled := uncalled_main(source):
+        line, why = uncalled
+        exited = (frame_at(path.name, line, source),) if line else exited
     elif status < 0 and (left := left_thread(output, source)):
         why = left
     elif status == 0 and (idle := makes_no_node(source)):

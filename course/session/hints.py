@@ -123,6 +123,28 @@ def never_called(source: str, name: str = "main") -> bool:
     return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
 
 
+def uncalled_main(source: str) -> tuple[int, str] | None:
+    """Return why the main() of a program does not run, and the line that only names it, or 0; None if it is called.
+
+    The text may also hand main() to something that calls it, such as a thread: then this is None, too.
+    """
+    if not never_called(source):
+        return None
+    tree = parse(source)
+    main = next(each for each in functions(tree) if each.name == "main")
+    run = "sys.exit(main())" if _returns(main) else "main()"
+    bare = [node for node in ast.walk(tree) if isinstance(node, ast.Expr) and name_of(node.value) == "main"]
+    ended = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, call.args)]
+    if len(bare) + len(ended) < sum(name_of(node) == "main" for node in ast.walk(tree) if isinstance(node, ast.Name)):
+        return None
+    for node, write in (*((each.value, run) for each in bare), *((each, "sys.exit(main())") for each in ended)):
+        return node.lineno, f"`{ast.unparse(node)}` names the function and does not call it: write `{write}`."
+    return 0, f"main() is defined, but never called: end the file with `if __name__ == '__main__': {run}`."
+
+
+EXITS = ("exit", "_exit", "SystemExit")
+
+
 def makes_no_node(source: str) -> str:
     """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
     tree = parse(source)

@@ -62,8 +62,13 @@ def test_a_result_in_place_of_the_status(tmp_path, monkeypatch, main, end, outpu
 @pytest.mark.parametrize(
     ("end", "says"),
     [
-        ("main", "\nclient.py printed nothing.\n  client.py, line 4\n    main\nThis names the function and does not"),
+        ("main", "\nclient.py printed nothing.\n  client.py, line 4\n    main\n`main` names the function and does not"),
+        (
+            "sys.exit(main)",
+            "\nclient.py printed nothing.\n  client.py, line 4\n    sys.exit(main)\n`sys.exit(main)` names the",
+        ),
         ("", "\nclient.py printed nothing. main() is defined, but never called"),
+        ("threading.Thread(target=main).start()", "\nclient.py printed nothing."),
         ("main()", "\nclient.py printed nothing."),
     ],
 )

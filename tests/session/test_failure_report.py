@@ -906,14 +906,16 @@ def test_the_function_that_ends_a_server():
 @pytest.mark.parametrize(
     ("main", "says"),
     [
-        ("def main():\n    rclpy.spin(A())\n", "main() is defined, but never called"),
+        ("def main():\n    rclpy.spin(A())\n", "main() is defined, but never called: end the file with `if __na"),
+        ("def main():\n    rclpy.spin(A())\n\nsys.exit(main)\n",
+         "`sys.exit(main)` names the function and does not call it: write `sys.exit(main())`."),
         ("def main():\n    A()\n\nmain()\n", "It ended because nothing spins its node"),
         (
             "def main():\n    rclpy.spin(A())\n\nmain()\n",
             "'stop' calls `rclpy.shutdown()` in line 3, which ends the node",
         ),
     ],
-)
+)  # fmt: skip
 def test_a_method_that_ends_the_node_is_the_cause_only_if_the_program_runs_it(tmp_path, main, says):
     (path := tmp_path / "a.py").write_text(f"class A(Node):\n    def stop(self):\n        rclpy.shutdown()\n\n{main}")
     assert failure_report.of_program(path, "", 0).hint.startswith(says)
