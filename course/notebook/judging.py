@@ -6,11 +6,12 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from rclpy.action import ActionClient, get_action_names_and_types
 from rclpy.publisher import Publisher
@@ -28,9 +29,10 @@ from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
 from course.ros.rclpy_internals import action_name
 from course.session.domains import claim_domain
+from course.session.doubts import long_limit
 from course.session.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.session.guards import interruptible
-from course.session.hangs import NOT_SPUN, THREADS
+from course.session.hangs import NOT_SPUN, THREADS, beginning
 from course.session.hints import type_name as field_type
 from course.session.hints import uncalled_main
 from course.session.lines_that_wait import executor_threads, remark
@@ -64,7 +66,8 @@ from course.session.watch import Handle
 ASK = signal.SIGPROF
 WATCHED = (
     "import faulthandler, signal; faulthandler.register(signal.SIGPROF, chain=True); "
-    "signal.setitimer(signal.ITIMER_PROF, {limit})"
+    "signal.setitimer(signal.ITIMER_PROF, {limit}); stacks = open({stacks!r}, 'w'); "
+    "faulthandler.register(signal.SIGUSR2, stacks); stacks.write('\\n'); stacks.flush()"
 )
 RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer
 PERIOD = (0, "timer_period_sec")  # position and name of the argument of create_timer
@@ -73,6 +76,7 @@ KNOWN = 1.0  # s after which a type or QoS that does not fit is told, because it
 BLOCKED = 3.0  # s after which a callback that may never answer, by its text, is not waited for
 MOST = 30.0  # s that a program of `run` may take on a machine that is slow or busy
 LOOK = 0.05  # s between two looks at it
+EARLY = 10  # looks after which it is asked whether it is in an endless loop, and then after as many again
 SETTING = ("set_parameters", "set_parameters_atomically")
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
@@ -151,8 +155,15 @@ class Alone:
         process.stop()
 
     def has_a_limit(self) -> None:
-        """Raise ExerciseError at once if the program waits without a limit, so that it will not end by itself."""
+        """Raise ExerciseError at once if the program waits without a limit, so that it will not end by itself.
+
+        Also if it waits in a line, or a function, with a limit of many minutes.
+        """
         process = self._process
+        at = process.doing()[-1:] if process and "timeout_sec" in process.source else ()
+        if process and at and long_limit(process.source, at[0].line) and process.doing()[-1:] == at:
+            self._end(process)
+            self.gives_up()
         why = process.endless_wait() if process else ""
         if process is None or not why or THREADS.search(process.source):
             return
@@ -298,6 +309,7 @@ def busy(process: Handle, service: str = "") -> str:
         found += [*([] if found else [""]), f"{process.name} is here:", *dict.fromkeys(map(str, second))]
         unspun = process.unspun()
         found += [f"{NOT_SPUN[0].upper()}{NOT_SPUN[1:]}"] if unspun else [] if why else remark(second, process.source)
+        found += [limit] if (limit := long_limit(process.source, second[-1].line)) else []
         live().watch.forget(NOT_SPUN)  # the start has reported the same
     return "\n".join(found)
 
@@ -574,19 +586,20 @@ def run(source: str, *arguments: str, file: str, limit: float = 3.0) -> str:
     """
     as_it_lies(file)
     began = time.monotonic()
-    program = subprocess.Popen(
-        [sys.executable, "-c", f"{WATCHED.format(limit=limit)}\n{source}", *arguments],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-    )
-    try:
-        output, errors, killed = _communicate(program, limit)
-    finally:
-        program.kill()
-        program.wait()
+    with tempfile.NamedTemporaryFile("r", errors="replace") as stacks:
+        program = subprocess.Popen(
+            [sys.executable, "-c", f"{WATCHED.format(limit=limit, stacks=stacks.name)}\n{source}", *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+        )
+        try:
+            output, errors, killed = _communicate(program, limit, _Loops(program, Path(file), stacks))
+        finally:
+            program.kill()
+            program.wait()
     if killed or program.returncode == -ASK:
         late = re.search(rf'File ".*{re.escape(file)}", line (\d+) in (.+)', errors)
         number, function = (int(late[1]), late[2]) if late else (0, "")
@@ -601,11 +614,33 @@ def run(source: str, *arguments: str, file: str, limit: float = 3.0) -> str:
     return output
 
 
-def _communicate(program: "subprocess.Popen[str]", limit: float) -> tuple[str, str, bool]:
+class _Loops:
+    """Looks at a program of `run` that find the file in a loop that cannot end."""
+
+    def __init__(self, program: "subprocess.Popen[str]", path: Path, stacks: IO[str]):
+        self._program, self._path, self._stacks = program, path, stacks
+        self._looks, self._asked, self._found = 0, False, 0
+
+    def found(self) -> bool:
+        """Return True once two stacks in a row show it; to be called at each look."""
+        self._looks += 1
+        if self._looks % EARLY:
+            return False
+        said = self._stacks.read()  # what was asked for the last time
+        if self._asked and said:
+            self._found = self._found + 1 if beginning(said, self._path, endless=True) else 0
+        self._asked |= bool(said)  # it can be asked: it has written its first line
+        if self._asked and self._found < 2 and self._program.poll() is None:
+            self._program.send_signal(signal.SIGUSR2)
+        return self._found == 2
+
+
+def _communicate(program: "subprocess.Popen[str]", limit: float, loops: _Loops) -> tuple[str, str, bool]:
     """Return what a program prints, and True if it had to be killed.
 
-    It is ended after it was seen asleep for `limit` s, or after `MOST` s, and killed if it does not say where it is.
-    The looks are counted, and not the seconds, because a busy machine may let neither this process nor that one run.
+    It is ended after it was seen asleep for `limit` s, or in an endless loop, or after `MOST` s, and killed if it does
+    not say where it is.  The looks are counted, and not the seconds, because a busy machine may let neither this
+    process nor that one run.
     """
     looks, asleep = 0, 0
     while True:
@@ -614,7 +649,7 @@ def _communicate(program: "subprocess.Popen[str]", limit: float) -> tuple[str, s
         except subprocess.TimeoutExpired:
             looks += 1
             asleep += processes.sleeping(program.pid)
-        if asleep * LOOK >= limit or looks * LOOK >= MOST:
+        if asleep * LOOK >= limit or looks * LOOK >= MOST or loops.found():
             program.send_signal(ASK)
             with contextlib.suppress(subprocess.TimeoutExpired):
                 return *program.communicate(timeout=ENDING), False

@@ -37,6 +37,7 @@ from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
 from course.session.cell_loops import CellLoop, cell_loop
 from course.session.domains import domain_number, session_domain
+from course.session.doubts import doubts
 from course.session.failure_report import FailureReport, cell_of
 from course.session.following import LogFollower
 from course.session.guards import Guards, interruptible, say
@@ -70,7 +71,7 @@ from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill, service_type
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts, is_cell, parse
+from course.session.source import is_cell, parse
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row

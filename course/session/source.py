@@ -778,24 +778,6 @@ def idle(place: str, source: str) -> str:
     return ""
 
 
-def doubts(place: str, source: str) -> list[str]:
-    """Return descriptions of code in a program or a cell that runs, but cannot be intended."""
-    found = [why] if (why := idle(place, source)) else []
-    if wrong := wrong_cancel(source):
-        found.append(
-            f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "
-            "rclpy refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
-        )
-    if unfit := wrong_range(source):
-        line, name, has, needs = unfit
-        kind = "double" if needs == "floating_point_range" else "integer"
-        found.append(
-            f"{place}, line {line}: the default of {name} is of the type {kind}, on which `{has}` has no effect. Use "
-            f"`{needs}`."
-        )
-    return found
-
-
 def wrong_range(source: str) -> tuple[int, str, str, str] | None:
     """Return a declared parameter whose range is of another type than its default, which has no effect.
 

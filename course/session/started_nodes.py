@@ -25,6 +25,7 @@ from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
 from course.ros.rclpy_internals import GoalFault, NoResult, is_initialized, is_watched
 from course.session.calls import Calls
+from course.session.doubts import doubts
 from course.session.failure_report import Frame, text_at
 from course.session.guards import say
 from course.session.hangs import NOT_SPUN
@@ -37,7 +38,7 @@ from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
-from course.session.source import doubts, makes_one_node, running_cell
+from course.session.source import makes_one_node, running_cell
 from course.session.spinner import Spinner, frames_in_cells
 from course.session.table import Row
 from course.session.watch import Handle, Watch

@@ -81,6 +81,16 @@ def test_a_program_that_does_not_end_tells_what_it_was_asked(folder):
         judging.run(asks, file="agent.py", limit=0.5)
 
 
+def test_a_loop_that_cannot_end_is_not_given_all_the_time_of_a_program(folder):
+    (folder / "agent.py").write_text(
+        "def answer(front=0.4):\n    while front < 0.5:\n        turn = 0.5\n    return turn\n"
+    )
+    with pytest.raises(
+        NodeFailed, match=r"agent\.py had not answered after \d s\. It was here:\n  agent\.py, line [23], "
+    ):
+        judging.run(ASK, file="agent.py", limit=60.0)
+
+
 def test_a_program_that_lacks_a_processor_or_is_stopped_is_given_its_time(folder, monkeypatch):
     (folder / "agent.py").write_text(f"import time\n{STOPS}\ndef answer():\n    time.sleep(0.1)\n    return 42\n")
     assert judging.run(ASK, file="agent.py", limit=0.8) == "42\n"

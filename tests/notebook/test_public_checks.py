@@ -1455,6 +1455,14 @@ SENTENCES = [
         "a wall at 0.703 m on the right: it must be told (0.3, -0.1545), and it is told (0.3, -0.15)",
     ),
     each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "timeout_sec=5.0",
+        "timeout_sec=5000",
+        "A time limit is in seconds: 5000 in line 18 are 83 minutes.",
+    ),
+    each_night(
         "services",
         "relay",
         "relay.py",

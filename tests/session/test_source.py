@@ -12,11 +12,11 @@ from rclpy.parameter import Parameter
 from rclpy.task import Future
 
 from course.errors import CallTimeout
+from course.session.doubts import doubts
 from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
 from course.session.source import (
-    doubts,
     empty_executor,
     idle,
     never_begins,

@@ -1,0 +1,128 @@
+"""What is told of a text at the start of its program, before a long wait shows it."""
+
+import pytest
+
+from course.session.doubts import doubts, long_limit
+
+LIFT = """
+class Lift(Node):
+    def __init__(self):
+        self.cabin = threading.Lock()
+
+    def execute(self, goal_handle):
+{body}
+"""
+TRIES = """        self.cabin.acquire()
+        try:
+            if self.blocked:
+                return
+        finally:
+            self.cabin.release()"""
+BRANCHES = """        self.cabin.acquire()
+        if self.blocked:
+            self.cabin.release()
+            return
+        while self.left:
+            if self.left == 1:
+                self.cabin.release()
+                return
+            if self.left == 2:
+                break
+        self.cabin.release()"""
+
+
+def of_lift(body: str) -> list[str]:
+    return doubts("lift.py", LIFT.format(body=body))
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "way"),
+    [
+        ("        self.cabin.acquire()\n        return 1", 7, "8, `return 1`,"),
+        (BRANCHES.replace("                self.cabin.release()\n", ""), 7, "13, `return`,"),
+        (BRANCHES.replace("            self.cabin.release()\n", "", 1), 7, "9, `return`,"),
+        (BRANCHES.removesuffix("        self.cabin.release()") + "        else:\n            self.cabin.release()",
+         7, "16, `break`,"),
+    ],
+)  # fmt: skip
+def test_a_lock_that_a_way_through_the_function_never_releases(body, line, way):
+    (told,) = of_lift(body)
+    assert told.startswith(
+        f"lift.py, line {line}: `self.cabin.acquire()` takes the lock, and the way through line {way}"
+    )
+    assert told.endswith(" Write `with self.cabin:`, which releases it on every way.")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        TRIES,
+        BRANCHES,
+        "        self.cabin.acquire()\n        return 1\n\n    def done(self):\n        self.cabin.release()",
+        "        if self.cabin.acquire(blocking=False):\n            return 1\n        self.cabin.release()",
+        "        if self.free:\n            self.cabin.acquire()\n            self.cabin.release()\n        return 1",
+        "        self.cabin.acquire()\n        if 1:\n            self.cabin.release()\n        if 2: return",
+        "        self.cabin = threading.Semaphore(0)\n        self.cabin.acquire()\n        return 1".replace(
+            "cabin", "key"
+        ),
+    ],
+)
+def test_a_lock_that_may_be_released_is_not_told(body):
+    assert of_lift(body) == []
+
+
+@pytest.mark.parametrize(
+    ("body", "is_told"),
+    [
+        ("while goal_handle.is_cancel_requested:\n            pass", True),
+        ("while goal_handle.is_cancel_requested:\n            time.sleep(0.1)", True),
+        ("while goal_handle.is_cancel_requested:\n            goal_handle.canceled()", False),
+        ("while goal_handle.is_cancel_requested:\n            return", False),
+        ("while not goal_handle.is_cancel_requested:\n            pass", False),
+        (
+            "while goal_handle.is_cancel_requested:\n            pass\n\n    def end(self, it):\n        it.abort()",
+            False,
+        ),
+    ],
+)
+def test_a_loop_that_waits_for_a_cancel_to_be_taken_back(body, is_told):
+    found = of_lift(f"        {body}")
+    assert len(found) == is_told
+    assert not found or found[0].startswith(
+        "lift.py, line 7: once a cancel is requested, `while goal_handle.is_cancel_re"
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "is_told"),
+    [("period", True), ("self.step_period", True), ("1.0 / period", False), ("rate", False), ("10", False)],
+)
+def test_a_rate_is_given_in_hertz(given, is_told):
+    found = of_lift(f"        self.create_rate({given}).sleep()")
+    assert len(found) == is_told
+    assert not found or f"`create_rate` takes a frequency in Hz, and `{given}` is a time" in found[0]
+
+
+CLIENT = """class Client(Node):
+    def ask(self, a, timeout_sec={default}):
+        self.client.wait_for_service(timeout_sec={given})
+
+Client().ask({asked})
+"""
+
+
+@pytest.mark.parametrize(
+    ("default", "given", "asked", "line"),
+    [
+        ("5000", "timeout_sec", "1", 2),
+        ("5.0", "5000.0", "1", 3),
+        ("5.0", "timeout_sec", "1", 0),
+        ("5000", "timeout_sec", "1, timeout_sec=5.0", 0),
+        ("5000", "timeout_sec", "1, 5.0", 0),
+        ("5000", "5.0", "1", 0),
+        ("5.0", "LONG", "1", 0),
+    ],
+)
+def test_a_time_limit_in_milliseconds(default, given, asked, line):
+    told = long_limit(CLIENT.format(default=default, given=given, asked=asked), 3)
+    assert told == (f"A time limit is in seconds: 5000 in line {line} are 83 minutes." if line else "")
