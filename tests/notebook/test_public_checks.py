@@ -607,7 +607,9 @@ UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
         each_night("            if goal_handle.is_c",
                    "            while self.blocked and not stops:\n                time.sleep(0.05)\n"
                    "            if goal_handle.is_c",
-                   "with a blocked shaft, a new goal that needs a step at once, ended as nothing"),
+                   "with a blocked shaft (data=True twice), a new goal that needs a step at once, ended as nothing"),
+        each_night(FREED, "        self.blocked = not self.blocked\n",
+                   "with a blocked shaft (data=True twice), a new goal that needs a step at once, ended as succeeded"),
         each_night(TOOK_OVER, TOOK_OVER.replace("self.newest", "left[0] > self.floor and self.newest"),
                    "a goal on its way down that another one took over from made "),
         each_night("        return CancelResponse.ACCEPT", "        return CancelResponse(1 + (self.floor > 0))",
@@ -870,7 +872,27 @@ SENTENCES = [
         "lift_client.py",
         "self.heard >= self",
         "self.heard > self",
-        "the cancel must be sent as soon as 2 feedback messages have come, and came after 3",
+        "the cancel must be sent as soon as 8 feedback messages have come, and came after 9",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "        end = self.wait_for(",
+        (
+            "        due, self.cancel_after = self.cancel_after, None\n"
+            "        self.timer = due and self.create_timer(due, self.goal_handle.cancel_goal_async)\n"
+            "        end = self.wait_for("
+        ),
+        "the cancel must be sent as soon as 8 feedback messages have come, and none came",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "        print(f'Result: stops",
+        "        if end.status != 6:\n            print(f'Result: stops",
+        "a blocked shaft: the result has stops=[] and floor=",
     ),
     each_night(
         "actions",
