@@ -888,6 +888,14 @@ SENTENCES = [
     ),
     each_night(
         "actions",
+        "lift-server",
+        "lift_server.py",
+        "all(0 <= floor <= top for floor in goal.floors)",
+        "len(goal.floors) < 5 and all(0 <= floor <= top for floor in goal.floors)",
+        "a goal for six stops at this floor ended as rejected, not as succeeded",
+    ),
+    each_night(
+        "actions",
         "lift-client",
         "lift_client.py",
         "        print(f'Result: stops",
@@ -1478,11 +1486,73 @@ SENTENCES = [
     ),
     each_night(
         "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "response.result = request.a / request.b",
+        "response.result = float(f'{request.a / request.b:.12g}')",
+        "1.0 divide 3.0 gave 0.333333333333, and in the full precision it is 0.3333333333333333",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "request.operation == 'add'",
+        "request.operation.startswith('add')",
+        "1.0 adding 2.0 must not succeed",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "f\"Unknown operation '{request.operation}'\"",
+        "'Division by zero'",
+        "1.0 modulo 2.0 and 10.0 divide 0.0 were both refused with 'Division by zero': the message must say why",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "        response = node.call(a, b, operation)\n",
+        (
+            "        response = node.call(a, b, operation)\n"
+            "        if response and response.success:\n            response = node.call(a, b, operation)\n"
+        ),
+        "7 2 power succeeds, and the client asked 2 times; it must ask once",
+    ),
+    each_night(
+        "calculator",
         "calculator-client",
         "calculator_client.py",
         "timeout_sec=5.0",
         "timeout_sec=5000",
         "A time limit is in seconds: 5000 in line 18 are 83 minutes.",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        self.cmd_vel_pub.publish(cmd)",
+        (
+            "        self.n = vars(self).get('n', 0) + 1\n        if self.scan_time is None and self.n > 4:\n"
+            "            return\n        self.cmd_vel_pub.publish(cmd)"
+        ),
+        "it must publish on cmd_vel (geometry_msgs/Twist) at 10 Hz from its start",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "self.create_timer(0.1, ",
+        "self.create_timer(0.12, ",
+        "Hz, not at 10\n  wall_follower.py, line ",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "    distances = {}\n",
+        "    ranges[(ranges == 0.0) & (degrees < -35)] = math.inf\n    distances = {}\n",
+        "touching on the right: it must be told (0.3, 0.5), and it is told ",
     ),
     each_night(
         "services",
