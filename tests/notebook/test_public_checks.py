@@ -989,7 +989,7 @@ SENTENCES = [
         "calculator-server",
         "calculator_server.py",
         "operation == 'add'",
-        "operation in 'add'",
+        "operation and request.operation in 'add'",
         "1.0 ad 2.0 must not succeed",
     ),
     each_night(
