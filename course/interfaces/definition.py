@@ -72,8 +72,16 @@ def parse(text: str, filename: str, package: str = "my_package") -> Definition:
             if len(parts) > 1
             else "has no '---'"
         )
-        raise InterfaceError(f"{filename}: a .{kind} {wanted}, but this one has {len(blocks) - 1}")
+        raise InterfaceError(f"{filename}: a .{kind} {wanted}, but this one has {len(blocks) - 1}{_not_alone(text)}")
     return Definition(name, kind, tuple(_section(block, filename, package) for block in blocks))
+
+
+def _not_alone(text: str) -> str:
+    """Return a sentence on the first line that begins with dashes and is not `---` alone; '' if there is none."""
+    for number, line in enumerate(text.splitlines(), 1):
+        if re.match(r"\s*--", line) and line.rstrip() != "---":
+            return f". Line {number}, `{line.strip()}`: a separator is three dashes alone, and nothing beside them"
+    return ""
 
 
 def without_comments(text: str) -> str:

@@ -5,6 +5,7 @@ IPython loads it by the environment's configuration (written by environment/inst
 """
 
 import ast
+import difflib
 import linecache
 import os
 import re
@@ -36,6 +37,7 @@ ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"'
 # A command that asks the parameter services of a node, with its name.
 PARAMETERS = re.compile(r"\bros2 +param +(?:get|set|list|dump|load|describe|delete) +(?:-\S+ +)*[\"']?/?([\w/]+)")
 CHECK = "check"  # the name of the code of a check that `course.check()` runs
+ALIKE = 0.8  # least similarity of a magic's name and `exercise`, which may be meant
 LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
 NEXT = 1.0  # s to the second look at a cell that may be in a loop
 FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
@@ -63,6 +65,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     kept.use(Path())  # makes the folder's packages importable before there is a session
     if sys.flags.safe_path and "" not in sys.path:
         sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
+    shell.register_magic_function(_misspelt, magic_kind="line", magic_name="%exercise?")  # type: ignore[call-arg, arg-type]
     shell.input_transformers_cleanup.append(_whole_cell)
     if shell.display_formatter:
         cut_messages(shell.display_formatter)
@@ -77,9 +80,25 @@ def _whole_cell(lines: list[str]) -> list[str]:
     first = code[0].strip() if code else ""
     if found := re.match(r"%%\s+exercise\b(.*)", first):
         return [f"get_ipython().run_line_magic('%exercise ', {found[1].strip()!r})\n"]
+    if (found := re.match(r"%%(\w+)(.*)", first)) and _is_exercise_misspelt(found[1]):
+        return [f"get_ipython().run_line_magic('%exercise?', {f'{found[1]} {found[2].strip()}'!r})\n"]
     if first.startswith("%%exercise ") and not lines[0].startswith("%%"):
         return [f"get_ipython().run_line_magic('%exercise', {first.removeprefix('%%exercise').strip()!r})\n"]
     return lines
+
+
+def _is_exercise_misspelt(name: str) -> bool:
+    """Return True for `%%excercise`: a magic that does not exist, with a name like that of `%%exercise`."""
+    shell = get_ipython()
+    known = shell is not None and name in shell.magics_manager.magics["cell"]
+    return not known and bool(difflib.get_close_matches(name.lower(), ["exercise"], 1, ALIKE))
+
+
+def _misspelt(line: str) -> None:
+    from IPython.core.error import UsageError
+
+    name, _, rest = line.partition(" ")
+    raise UsageError(f"There is no `%%{name}`. Write `%%exercise {rest}`. Nothing was written.")
 
 
 def _with_a_blank(line: str) -> None:

@@ -8,7 +8,7 @@ import re
 import rclpy.action
 from rclpy.node import Node
 
-from course.session.source import calls, name_of, named, parse, service_callbacks, without_self
+from course.session.source import argument, calls, name_of, named, parse, service_callbacks, without_self
 
 # The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
 MAKERS = {
@@ -106,6 +106,47 @@ def _by_name(maker: str, source: str) -> str:
 
 def _is_group(node: ast.expr) -> bool:
     return isinstance(node, ast.Call) and name_of(node.func).endswith("Group")
+
+
+# What rclpy calls with which values: the argument's name, or the function and its place, and what to write.
+OF_LAMBDAS = {
+    "create_service": (2, "callback", "request, response"),
+    "create_subscription": (2, "callback", "msg"),
+    "create_timer": (1, "callback", ""),
+    "add_done_callback": (0, "callback", "future"),
+    "add_on_set_parameters_callback": (0, "callback", "params"),
+    "add_post_set_parameters_callback": (0, "callback", "params"),
+}
+BY_KEYWORD = {
+    "execute_callback": "goal_handle",
+    "goal_callback": "goal",
+    "handle_accepted_callback": "goal_handle",
+    "cancel_callback": "goal_handle",
+    "feedback_callback": "message",
+}
+
+
+def lambda_arguments(found: re.Match[str], source: str) -> str:
+    """Return the hint on a `lambda` that is called with more or fewer values than it takes."""
+    tree = parse(source)
+    given = [
+        (maker, argument(call, place, name), takes)
+        for maker, (place, name, takes) in OF_LAMBDAS.items()
+        for call in calls(tree, maker)
+    ]
+    words = (node for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg in BY_KEYWORD)
+    given += [(str(each.arg), each.value, BY_KEYWORD[str(each.arg)]) for each in words]
+    for what, each, takes in given:
+        plain = isinstance(each, ast.Lambda) and not (each.args.vararg or each.args.defaults or each.args.kwonlyargs)
+        if plain and isinstance(each, ast.Lambda) and len(each.args.args) != len(takes.split(", ")) * bool(takes):
+            return f"Line {each.lineno}: the `lambda` of `{what}` must be `lambda{' ' * bool(takes)}{takes}: ...`."
+    if found[1] == "0":
+        names = ", ".join(["goal_handle"] if found[2] == "1" else [*"abcdefgh"[: int(found[2])]])
+        return (
+            f"The `lambda` is called with {found[2]} value{'s' * (found[2] != '1')}, and names none: write "
+            f"{'a name' if found[2] == '1' else 'names'} before its colon, as in `lambda {names}: ...`."
+        )
+    return ""
 
 
 def argument_count(found: re.Match[str], source: str) -> str:

@@ -26,7 +26,7 @@ from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
-from course.session.offered import may_serve, none_will_offer
+from course.session.offered import client_for_service, may_serve, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.presence import Presence
@@ -545,7 +545,10 @@ class Calls:
         alive = {name: handle for name, handle in list(self._handles.items()) if handle.alive}
         running = [name for name, handle in alive.items() if self._serves_nothing(handle)] or list(alive)
         if running:
-            return f"{' and '.join(running)}: running, but without any service. Is `create_service(...)` reached?{at}"
+            texts = [text for each in running if (text := str(getattr(alive[each], "source", "")))]
+            why = next(filter(None, (client_for_service(text, client.service_name) for text in texts)), "")
+            why = why if len(running) == 1 and why else "Is `create_service(...)` reached?"
+            return f"{' and '.join(running)}: running, but without any service. {why}{at}"
         return "There are no services here: has the node been started?"
 
 

@@ -78,6 +78,7 @@ COURSE = Path(__file__).resolve().parents[1]
 MACHINERY = tuple(COURSE / name for name in ("foundation", "ros", "session"))  # code that students need not read
 PRE_SET = "_call_pre_set_parameters_callback"  # rclpy's function that uses the list returned by a pre-set callback
 NO_LIST = "The pre-set callback '{}' must return the list of parameters to set, even if it changes nothing."
+OF_ANOTHER = " One that refuses values is registered with `add_on_set_parameters_callback`."
 DESTROYED = "InvalidHandle: cannot use Destroyable because destruction was requested"
 NODE_ENDED = (
     "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
@@ -193,7 +194,7 @@ def of_program(
         if destroyed:
             why = NODE_ENDED.format(*destroyed)
         else:
-            why = NO_LIST.format(pre_set[0]) if pre_set else _hint_on_program(error, frames, path)
+            why = _no_list(pre_set[0], error) if pre_set else _hint_on_program(error, frames, path)
         return FailureReport(path.name, ending, error, frames, why)
     if status == 0 and (guard := wrong_guard(source)):
         frames = (frame_at(path.name, guard[1], source),)
@@ -232,6 +233,11 @@ def of_program(
     if status < 0:
         exited = exited or _fatal(path, output, source)
     return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", exited, why)
+
+
+def _no_list(callback: str, error: str) -> str:
+    """Return the hint on a pre-set callback that has returned something else than a list."""
+    return NO_LIST.format(callback) + (OF_ANOTHER if "SetParametersResult" in error else "")
 
 
 def ends_the_program(frame: Frame) -> str:
@@ -274,7 +280,7 @@ def of_exception(
     ):
         frames = (frame_at("the cell", wrong[1], source),)
     if not frames and (callback := _pre_set(error.__traceback__)):
-        why, frames = NO_LIST.format(callback.__name__), (_defined_at(callback),)
+        why, frames = _no_list(callback.__name__, last), (_defined_at(callback),)
     return FailureReport(who, doing or "raised an exception in a callback", last, frames, why)
 
 

@@ -22,7 +22,14 @@ from rclpy.node import Node
 
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
-from course.session.arguments import argument_count, order_of_arguments, response_first, unknown_keyword, wrong_kind
+from course.session.arguments import (
+    argument_count,
+    lambda_arguments,
+    order_of_arguments,
+    response_first,
+    unknown_keyword,
+    wrong_kind,
+)
 from course.session.endings import around, ended_twice, refused_by_raising
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
@@ -44,8 +51,8 @@ from course.session.mixups import (
     type_for_part,
 )
 from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
-from course.session.operands import unfit
-from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, overwritten, with_article
+from course.session.operands import time_without, unfit
+from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
 from course.session.parameter_files import unparsed
 from course.session.ros_1 import library
 from course.session.slips import methods_asked
@@ -343,6 +350,8 @@ SENT = {"send_goal": OF_AN_ACTION, "send_goal_async": OF_AN_ACTION, "call": OF_A
 
 def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that gives a field a Parameter, directly or by a name."""
+    if re.search(r"get_parameter_value\(\)(?!\s*\.)", code):
+        return OF_A_PARAMETER_VALUE
     if not re.search(r"get_parameter\([^()]*\)(?!\s*\.)", code) and not any(
         re.search(rf"(?<![\w.]){re.escape(name)}(?!\s*[\w.(=])", code) for name in _parameters_kept(source)
     ):
@@ -359,6 +368,14 @@ def _parameters_kept(source: str) -> set[str]:
 
 OF_A_LIST = "`set_parameters` takes a list: `set_parameters([Parameter(...)])`."
 OF_A_PARAMETER = "`get_parameter(...)` returns a Parameter: its value is `.value`."
+OF_ITS_TYPE = (
+    "A ParameterValue is a message with a field for each type: the value is in `.double_value`, `.integer_value`, "
+    "`.string_value`, ..."
+)
+OF_A_PARAMETER_VALUE = (
+    "`get_parameter_value()` returns a message with a field for each type, such as `.double_value`. Shorter: "
+    "`self.get_parameter('kp').value`."
+)
 
 
 def _sub_message(found: re.Match[str], source: str) -> str:
@@ -804,6 +821,9 @@ def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
     )
 
 
+PARTS_OF_TYPES = ("Request", "Response", "Goal", "Result", "Feedback")
+
+
 def _by_name(found: re.Match[str], source: str) -> str:
     used = getattr(sys.modules.get("__main__"), "Parameter", None)
     imported = re.search(r"from rcl_interfaces\.msg import (?:\*|.*\bParameter\b)", source)
@@ -814,14 +834,19 @@ def _by_name(found: re.Match[str], source: str) -> str:
         )
     if fields := _fields(found[1], "", source):
         return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
+    message, _, part = found[1].rpartition("_")
+    if message and part in PARTS_OF_TYPES:
+        if fields := _fields(message, part, source)[: int(found[2]) - 1]:
+            named_there = ", ".join(f"{each}=..." for each in fields)
+            return f"A message takes its fields by name: `{message}.{part}({named_there})`."
+        how = f"`{message}.{part}(field=...)`: `ros2 interface show` shows its fields."
+        return f"A message takes its fields by name, {how}"
     return ""
 
 
 def _not_declared(found: re.Match[str], source: str) -> str:
     if hidden := hides_rclpy(source, OF_A_NODE):
-        return (
-            f"Line {hidden[1]}, `self.{hidden[0]} = ...`, overwrites an attribute of rclpy's node: choose another name."
-        )
+        return HIDES.format(hidden[1], hidden[0])
     tree = parse(source)
     declared = [call.lineno for call in calls(tree, "declare_parameter") if _names(call, found[1])]
     made = [each for each in functions(tree) if each.name == "__init__"]
@@ -964,11 +989,45 @@ def _of_nothing(function: str, default: str, source: str) -> str:
 
 def _outside_of_its_class(found: re.Match[str], source: str) -> str:
     """Return the hint on a method that is written outside of its class, or inside another method."""
-    if f"class {found[1]}" not in source or not (place := outside_of_its_class(found[2], source)):
+    if f"class {found[1]}" not in source:
         return ""
+    if not (place := outside_of_its_class(found[2], source)):
+        return _own_function(found[2], source)
     line, around = place
     where = f"inside of `{around}`" if around else "outside of the class"
     return f"`def {found[2]}(self, ...)` in line {line} stands {where}: indent it as the methods of {found[1]}."
+
+
+def _own_function(name: str, source: str) -> str:
+    """Return the hint on a function of the whole text that is called as if it were a method: `self.nearest(...)`."""
+    made = [each for each in parse(source).body if isinstance(each, ast.FunctionDef) and each.name == name]
+    if not made or not re.search(rf"\bself\.{name}\b", source):
+        return ""
+    return (
+        f"`{name}` is a function outside of the class (line {made[0].lineno}), and no method: call it without `self.`, "
+        f"`{name}(...)`."
+    )
+
+
+def _destroyed(found: re.Match[str], source: str) -> str:
+    """Return the hint on something that a program uses after it has destroyed it, or its node."""
+    for name in ("destroy_node", "destroy_client", "destroy_publisher", "destroy", "shutdown"):
+        for call in calls(parse(source), name):
+            if ast.unparse(call) != "rclpy.shutdown()":
+                return (
+                    f"What this line uses is destroyed already, as `{ast.unparse(call)}` in line {call.lineno} does: "
+                    "call that when all is done."
+                )
+    return ""
+
+
+def _hides_of_a_node(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute of rclpy's node that the class has overwritten: `self._clock = now`."""
+    hidden = None if re.search(rf"\bclass {found[1]}\b", source) else hides_rclpy(source, OF_A_NODE)
+    return HIDES.format(hidden[1], hidden[0]) if hidden else ""
+
+
+HIDES = "Line {}, `self.{} = ...`, overwrites an attribute of rclpy's node: choose another name."
 
 
 def _is_module(found: re.Match[str], source: str) -> str:
@@ -1012,6 +1071,13 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
     ),
     (r"^TypeError:?\s*$", _nothing_returned),
+    (r"cannot use Destroyable because destruction was requested", _destroyed),
+    (r"'(\w+)' object has no attribute '(?:handle|now|clock_type|info|ok)'", _hides_of_a_node),
+    (r"'(Time|Duration)' object has no attribute '(\w+)'", time_without),
+    (
+        r"'ParameterValue'|not ParameterValue\b",
+        lambda found, source: OF_A_PARAMETER_VALUE if "get_parameter_value" in source else OF_ITS_TYPE,
+    ),
     (r"'(?:(\w+)_Response|\w+)' object has no attribute 'add_done_callback'", not_a_future),
     (
         r"module '(\w+)' has no attribute|cannot import name '\w+' from '(?!\w+\.(?:srv|msg|action))(\w+)'",
@@ -1095,7 +1161,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"call_async\(\) takes 2 positional arguments",
         _says("`call_async` takes one request, with the values in its fields: `TheType.Request(...)`."),
     ),
-    (r"(\w+)\.__init__\(\) takes 1 positional argument but", _by_name),
+    (r"(\w+)\.__init__\(\) takes 1 positional argument but (\d+)", _by_name),
     (
         r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object is not subscriptable",
         _says("The fields of a message are attributes: write `request.a`, not `request['a']`."),
@@ -1127,6 +1193,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",
     ),
     (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
+    (r"<lambda>\(\) takes (\d+) positional arguments? but (\d+) w|<lambda>\(\) missing (\d+) r", lambda_arguments),
     (
         r"'[<>]=?' not supported between instances of '(?:Duration' and '(?:float|int)|(?:float|int)' and 'Duration)'",
         _says("Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."),
@@ -1313,6 +1380,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"(Service|Action) classes can not be instantiated", type_for_part),
     (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
     (r"'(CancelResponse|GoalResponse)' object is not callable", _response_for_callback),
+    (r"^TypeError: '\w+' object is not callable", hidden_here),
     (NOT_CALLABLE, overwritten),
     (NO_TYPE, overwritten),
     (NOT_CALLABLE, _called_here),

@@ -33,6 +33,19 @@ def expect_name(name: object, method: str, known: Mapping[str, Any]) -> None:
     raise LiveError(f"the name of a node or a file is text: write ros.{method}('{meant}')")
 
 
+def no_node(what: object) -> str:
+    """Return what to tell who starts something else than a class of nodes."""
+    if not isinstance(what, type):
+        return f"start() takes a Node class or the path of a Python file, not {type(what).__name__}"
+    if what.__bases__ == (object,):
+        how = f"write `class {what.__name__}(Node):`"
+    else:
+        how = f"derive {what.__name__} from Node (from rclpy.node)"
+    return (
+        f"start() takes a Node class or the path of a Python file, and {what.__name__} is a class without Node: {how}"
+    )
+
+
 def expect_service(service: object, srv_type: object, method: str) -> None:
     """Raise LiveError when the name of a service is not text, or stands in the place of its type."""
     if isinstance(service, str):

@@ -66,6 +66,23 @@ def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
     return found
 
 
+def client_for_service(source: str, service: str) -> str:
+    """Return the hint on a program that makes a client of `service`, and no service at all; '' for another one."""
+    clients = [line for name, line in _named(source, "create_client") if can_be(service, name)]
+    if not clients or "create_service" in source:
+        return ""
+    return (
+        f"`create_client(...)` in line {clients[0]} makes a client, which asks. A server is made with "
+        f"`create_service(TheType, '{service}', self.callback)`."
+    )
+
+
+def _named(source: str, maker: str) -> list[tuple[str, int]]:
+    """Return the names that a program passes to `maker` as they are written out, with their lines."""
+    given = [(argument(call, *MAKERS[maker]), call.lineno) for call in calls(parse(source), maker)]
+    return [(str(each.value), line) for each, line in given if isinstance(each, ast.Constant)]
+
+
 def none_will_offer(handles: Mapping[str, Handle], maker: str, name: str) -> bool:
     """Return True if programs of the session run, and the text of none of them can offer `name` by `maker`."""
     if "/_action/" in name:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Iterator
 
 from course.session.mixups import line_tree
-from course.session.source import cells_run, functions, name_of, parse
+from course.session.source import cells_run, functions, hidden_method, name_of, parse
 
 VALUES = ("bool", "str", "int", "float", "NoneType", "list", "dict", "tuple", "set")
 NO_TYPE = r"is(?:instance|subclass)\(\) arg 2 must be a (?:type|class)"
@@ -33,6 +33,15 @@ def overwritten(found: re.Match[str], source: str, code: str) -> str:
             owner = main.get(function.value.id)
             if function.attr in getattr(owner, "__dict__", {}) and callable(getattr(type(owner), function.attr, None)):
                 return f"`{name}` is a method, and {_where(name, getattr(owner, function.attr), cells)}"
+    return ""
+
+
+def hidden_here(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a method that a line calls, and that an attribute of its name hides; '' for another line."""
+    for function in called(code):
+        if isinstance(function, ast.Attribute) and (hidden := hidden_method(source, function.attr)):
+            name, line = hidden
+            return f"`self.{name} = ...` in line {line} replaces the method `{name}`: rename one of the two."
     return ""
 
 

@@ -439,8 +439,8 @@ def spins_once(source: str) -> ast.Call | None:
     return spins[0] if len(spins) == 1 and name_of(spins[0].func) == "spin_once" and not repeated else None
 
 
-def hidden_method(source: str) -> tuple[str, int] | None:
-    """Return the method that is hidden by an attribute, and the line: `self.enable = False` hides `def enable`."""
+def hidden_method(source: str, name: str = "") -> tuple[str, int] | None:
+    """Return the method (`name`, or any) that an attribute hides, and the line: `self.enable = False`, `def enable`."""
     for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
         stored = {
             node.attr: node.lineno
@@ -448,7 +448,7 @@ def hidden_method(source: str) -> tuple[str, int] | None:
             if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
         }
         for each in functions_of(made):
-            if each.name in stored and not each.decorator_list:
+            if each.name in stored and not each.decorator_list and name in ("", each.name):
                 return each.name, stored[each.name]
     return None
 
@@ -613,7 +613,12 @@ def parameter_callbacks(tree: ast.AST, *makers: str) -> set[str]:
 def no_list(source: str) -> tuple[str, int, str] | None:
     """Return a pre-set callback that does not return the list of parameters, in the form of `wrong_result`."""
     tree = parse(source)
-    return _plain_return(tree, parameter_callbacks(tree, "add_pre_set_parameters_callback"))
+    names = parameter_callbacks(tree, "add_pre_set_parameters_callback")
+    for function in named(tree, names):
+        for node in inside(function):
+            if isinstance(node, ast.Return) and name_of(getattr(node.value, "func", None)) == "SetParametersResult":
+                return function.name, node.lineno, ast.unparse(node.value)  # type: ignore[arg-type]
+    return _plain_return(tree, names)
 
 
 def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:

@@ -31,6 +31,7 @@ from course.session.guards import say
 from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
+from course.session.misuse import no_node
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsider, Outsiders
 from course.session.parameter_files import set_parameters, unread_files
@@ -296,7 +297,7 @@ class StartedNodes:
         cell: str,
     ) -> LiveNode:
         if not (isinstance(what, type) and issubclass(what, Node)):
-            raise LiveError(f"start() takes a Node class or the path of a Python file, not {type(what).__name__}")
+            raise LiveError(no_node(what))
         earlier = {each: each.offers for each in self._of_class(what.__name__)} if what is not Node else {}
         for handle in earlier:
             if handle.cls is not what or handle.cell != cell or not cell:  # one cell may start several

@@ -197,6 +197,11 @@ def test_the_cache_is_keyed_by_content(cache):
             "A.srv, line 1: only one field per line; 'b' would be the default of 'a', but is not a valid float64",
         ),
         ("A.srv", "float64 a\nstring\n---\n", "A.srv, line 2: a field is a type and a name"),
+        (
+            "A.srv",
+            "float64 a\n---  # and back\n",
+            "has 0. Line 2, `---  # and back`: a separator is three dashes alone",
+        ),
         ("A.srv", "float64 a\n", "needs 1 line '---' between request and response, but this one has 0"),
         ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
         ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),

@@ -46,6 +46,10 @@ def test_an_interface_is_written_built_and_importable(kernel):
     ("cell", "told"),
     [
         ("# mine\n\n%%exercise Ask.srv\nint32 a\n---\n", "`%%exercise Ask.srv` must be the first line of its cell"),
+        (
+            "%%excercise --help\nint32 = 1\n",
+            "There is no `%%excercise`. Write `%%exercise --help`. Nothing was written.",
+        ),
         ("%% exercise server.py\nint32 = 1\n", "Write `%%exercise server.py`, without a blank behind `%%`."),
         ("ros2 service list", "Hint: This line is for a shell: in a cell, write it with `!`: `!ros2 service list`"),
         ("rosservice list", "Hint: `rosservice` is of ROS 1. In ROS 2: `ros2 service list`."),

@@ -1132,6 +1132,10 @@ def test_a_pre_set_callback_without_a_list_is_named(tmp_path):
     )
     report = failure_report.of_program(path, said, 1)
     assert str(report.frames[0]) == "  pid.py, line 2\n    def before(params):" and "'before' must" in report.hint
+    assert "add_on_set" not in report.hint
+    path.write_text(path.read_text().replace("pass", "return SetParametersResult(successful=True)"))
+    report = failure_report.of_program(path, said.replace("NoneType", "SetParametersResult"), 1)
+    assert report.frames[0].line == 3 and "registered with `add_on_set_parameters_callback`" in report.hint
 
 
 def test_the_calls_of_a_recursion_are_told_once(tmp_path):

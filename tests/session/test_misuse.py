@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, CourseError, LiveError, NodeFailed
 from course.session.live import Session
+from course.session.misuse import no_node
 from course.session.spinner import KEPT
 
 PROGRAM = """
@@ -306,3 +307,11 @@ def test_a_node_that_the_session_spins_is_not_spun_in_a_thread_of_the_reader(ses
     (told,) = session.watch.notices()
     assert told.startswith("rclpy.spin('_course_session') in a thread does nothing here: ")
     assert not thread.is_alive() and session.call("add", AddTwoInts, a=1, b=2).sum == 3
+
+
+def test_a_class_without_node_is_told_with_its_line():
+    base = type("Base", (), {})
+    derived = type("Derived", (base,), {})
+    assert no_node(base).endswith("and Base is a class without Node: write `class Base(Node):`")
+    assert no_node(derived).endswith("and Derived is a class without Node: derive Derived from Node (from rclpy.node)")
+    assert no_node(3).endswith("not int")

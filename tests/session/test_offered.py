@@ -3,7 +3,7 @@
 import pytest
 
 from course.ros.names import SERVICES_OF_EVERY_NODE
-from course.session.offered import _has_none, other_names, services_made, strangers
+from course.session.offered import _has_none, client_for_service, other_names, services_made, strangers
 from tests.hidden import answers
 
 SERVER = "class Server(Node):\n    def __init__(self):\n        self.create_service(Ask, {name}, self.ask)\n"
@@ -109,3 +109,14 @@ def test_no_right_answer_is_taken_for_one_that_offers_something_else(exercise, t
             text = files[file].decode(errors="replace")
             assert not other_names(text, maker, needed), (name, file)
             assert not _has_none(text, maker), (name, file)
+
+
+MAKES = "class A(Node):\n    def __init__(self):\n        self.{}(Calculate, '{}', self.calculate)\n"
+
+
+def test_a_client_in_the_place_of_a_service_is_told():
+    says = client_for_service(MAKES.format("create_client", "calculator"), "/calculator")
+    assert says.startswith("`create_client(...)` in line 3 makes a client, which asks.")
+    assert "`create_service(TheType, '/calculator', self.callback)`" in says
+    for maker, name in (("create_service", "/calculator"), ("create_client", "/other")):
+        assert client_for_service(MAKES.format(maker, name), "/calculator") == ""
