@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 
 from course.session.source import (
+    UNSPUN,
     Function,
     argument,
     calls,
@@ -17,6 +18,7 @@ from course.session.source import (
     inside,
     name_of,
     parse,
+    unspun_executor,
     wrong_cancel,
     wrong_range,
 )
@@ -37,6 +39,8 @@ def doubts(place: str, source: str) -> list[str]:
             f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "
             "rclpy refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
         )
+    if unspun := unspun_executor(source):
+        found.append(f"{place}: {UNSPUN.format(*unspun)}")
     if unfit := wrong_range(source):
         line, name, has, needs = unfit
         kind = "double" if needs == "floating_point_range" else "integer"
@@ -45,7 +49,7 @@ def doubts(place: str, source: str) -> list[str]:
             f"`{needs}`."
         )
     found += [f"{place}, line {line}: {why}" for line, why in _waits_for_no_cancel(tree)]
-    found += [f"{place}, line {line}: {why}" for line, why in _never_released(tree)]
+    found += [f"{place}, line {line}: {why}" for line, why in never_released(tree)]
     found += [f"{place}, line {line}: {why}" for line, why in _rates_of_a_time(tree)]
     return found
 
@@ -108,7 +112,7 @@ def _ends_elsewhere(tree: ast.Module, function: Function) -> bool:
     return any(next(calls(each, name), None) for each in functions(tree) if each is not function for name in ends)
 
 
-def _never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
+def never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the calls of a lock's `acquire()` after which a way through the function never releases it."""
     made = {each: node.value for node in ast.walk(tree) if isinstance(node, ast.Assign) for each in node.targets}
     locks = {ast.unparse(each) for each, value in made.items()

@@ -80,6 +80,7 @@ PRE_SET = "_call_pre_set_parameters_callback"  # rclpy's function that uses the 
 NO_LIST = "The pre-set callback '{}' must return the list of parameters to set, even if it changes nothing."
 OF_ANOTHER = " One that refuses values is registered with `add_on_set_parameters_callback`."
 DESTROYED = "InvalidHandle: cannot use Destroyable because destruction was requested"
+UNSENT = "failed to send response: publisher's context is invalid"
 NODE_ENDED = (
     "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
     "this line out."
@@ -185,7 +186,8 @@ def of_program(
             if RESULT_TYPE in error
             else class_for_response(source) or idle_lambda(source) or wrong_return(source) or silent_helper(source)
         )
-    destroyed = DESTROYED in error and not frames and ends_its_node(source)
+    ended_there = DESTROYED in error or UNSENT in error
+    destroyed = ended_there and not frames and ends_its_node(source)
     if destroyed:
         frames = (frame_at(path.name, destroyed[1], source),)
     if callback and not _inside(frames):  # the error is raised in rclpy, after the callback

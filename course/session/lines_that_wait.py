@@ -7,7 +7,18 @@ from collections.abc import Sequence
 
 from course.session.failure_report import Frame
 from course.session.hangs import THREADS
-from course.session.source import CALLBACKS, argument, calls, covers, functions, name_of, parse
+from course.session.locks import locked
+from course.session.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    covers,
+    functions,
+    name_of,
+    named,
+    parse,
+    service_callbacks,
+)
 
 AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
 
@@ -21,9 +32,17 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
         return []
     if awaited := AWAITED_CALL.search(at.code):
         return [f"`call(...)` blocks here, before anything is awaited: write `await {awaited[1]}.call_async(...)`."]
-    if "ThreadedExecutor(" in source or THREADS.search(source):
-        return []
     tree = parse(source)
+    alone = not ("ThreadedExecutor(" in source or THREADS.search(source))
+    if why_locked := locked(frames, source, alone=alone):
+        return why_locked
+    if shared := _shared_future(at, tree):
+        why = (
+            f"`{shared}` is the future of the newest call: while one call waits here, the next one stores its own there"
+        )
+        return [f"{why}. Keep it in a variable of the function."]
+    if not alone:
+        return []
     if SPINS_ITSELF.search(at.code) and any(frame.function in _callbacks(tree) for frame in frames):
         spin = next((call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"), None)
         if spin is not None:
@@ -35,6 +54,8 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     if _is_of_a_rate(at.code, tree):
         why = "A rate sleeps until another thread spins the node, and the only one is here"
         return [f"{why}: use `time.sleep(seconds)`, or an executor with several threads."]
+    if before := _before_the_spin(frames, tree):
+        return [before]
     loop = next((each for each in ast.walk(tree) if isinstance(each, ast.While) and covers(each, at.line)), None)
     if loop is None or any(frame.function in _callbacks(tree) for frame in frames):
         return []
@@ -45,6 +66,42 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     future = ast.unparse(waits.func.value)
     instead = f"`rclpy.spin_until_future_complete({_node(tree, at.line)}, {future})`"
     return [f"Nothing spins the node while this loop waits, so no answer comes: write {instead} in its place."]
+
+
+def _shared_future(at: Frame, tree: ast.Module) -> str:
+    """Return the attribute that a callback of a service polls, and in which each call keeps its future; else ''."""
+    for function in named(tree, service_callbacks(tree)):
+        made = [node for node in ast.walk(function) if isinstance(node, ast.Assign) and [*calls(node, "call_async")]]
+        kept = {ast.unparse(each) for node in made for each in node.targets if isinstance(each, ast.Attribute)}
+        for loop in (each for each in ast.walk(function) if isinstance(each, ast.While) and covers(each, at.line)):
+            for call in calls(loop.test, "done"):
+                if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in kept:
+                    return ast.unparse(call.func.value)
+    return ""
+
+
+def _before_the_spin(frames: Sequence[Frame], tree: ast.Module) -> str:
+    """Return a line on a loop of main() that waits for callbacks of the node, above the line that spins it; or ''."""
+    main = next((each for each in functions(tree) if each.name == "main"), None)
+    spins = [call.lineno for call in calls(main, "spin")] if main else []
+    frame = next((each for each in frames if each.function == "main"), None)
+    if main is None or frame is None or frames[0] is not frame or len(spins) != 1:
+        return ""
+    classes = {each.name for each in ast.walk(tree) if isinstance(each, ast.ClassDef)}
+    made = [node for node in ast.walk(main) if isinstance(node, ast.Assign) and _makes(node.value, classes)]
+    nodes = {ast.unparse(each) for node in made for each in node.targets}
+    for loop in (each for each in ast.walk(main) if isinstance(each, ast.While) and covers(each, frame.line)):
+        asked = {ast.unparse(each) for each in ast.walk(loop.test) if isinstance(each, ast.Name)}
+        if asked & nodes and loop.lineno < spins[0] and not any("spin" in name_of(each) for each in ast.walk(loop)):
+            return (
+                f"Nothing spins the node while the loop in line {loop.lineno} waits, so none of its callbacks is "
+                f"called: write `rclpy.spin_once({min(asked & nodes)}, timeout_sec=0.1)` in the loop, or leave it out."
+            )
+    return ""
+
+
+def _makes(value: ast.expr, classes: set[str]) -> bool:
+    return isinstance(value, ast.Call) and name_of(value.func) in classes
 
 
 def crowded(source: str, in_calls: int) -> list[str]:

@@ -22,6 +22,7 @@ from course.session.source import (
     timer_in_a_callback,
     without_global,
 )
+from course.session.unmeant import unmeant
 from course.session.unread import unread
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
@@ -37,7 +38,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped)}
+    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}

@@ -40,6 +40,7 @@ NOTHING_ELSE = (
 )
 ONLY_ITS_EXECUTOR = "only its own executor can receive, and the executor is busy with this callback."
 AWAIT = " Make it `async def`, write `await client.call_async(...)`, and give the client a callback group of its own."
+UNSPUN = "nothing spins `{0}` of line {1}, and `{2}` has one thread: write `{0}.spin()` in its place."
 ONE_AT_A_TIME = (
     "The callback group of {0}, without a `callback_group` the node's default one, lets one callback run at a time: "
     "each call begins only when the one before has ended, also while that one waits."
@@ -202,7 +203,8 @@ def blocked(
     `callback` is its name, if known, and `threads` those of its executor, if the text makes none.  `is_served` tells
     whether a service is there, and `one_group`, if known, whether a client is in the callback's own exclusive group.
     """
-    several = threads > 1 or "ThreadedExecutor(" in source
+    idle_one = unspun_executor(source)
+    several = threads > 1 or ("ThreadedExecutor(" in source and not idle_one)
     tree = parse(source)
     one_group = _one_group(tree) if one_group is None else one_group
     names = {callback} if callback else service_callbacks(tree, service)
@@ -228,7 +230,8 @@ def blocked(
                     if one_group:
                         return f"{waits} comes to a client in its own callback group{NOTHING_ELSE}"
                     continue
-                return f"{waits} {ONLY_ITS_EXECUTOR}{AWAIT}"
+                how = f" N{UNSPUN.format(*idle_one)[1:]}" if idle_one else AWAIT
+                return f"{waits} {ONLY_ITS_EXECUTOR}{how}"
         if line := next((line for asked, line in _asked(tree, function) if asked == f"/{service.lstrip('/')}"), 0):
             return (
                 f"its callback '{function.name}' calls {service}, its own service, in line {line}, and so waits for "
@@ -688,15 +691,20 @@ def never_begins(source: str) -> tuple[str, int] | None:
         for each in node.keywords
         if each.arg == name
     ]
-    bare = {id(node.value) for node in bare_statements(tree)}
+    bare = {id(node.value) for node in bare_statements(tree)} | {id(each.body) for each in _named_alone(given)}
     begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
                  and id(node) not in bare for node in ast.walk(tree))  # fmt: skip
     for each in given if not begins else ():
-        if isinstance(each, ast.Lambda) and not _keeps(each):
+        if isinstance(each, ast.Lambda) and (each in _named_alone(given) or not _keeps(each)):
             return ast.unparse(each), each.lineno
     names = {name_of(each) for each in given if each is not None}
     found = (function for function in named(tree, names) if not begins and not list(calls(function, "super")))
     return next(((function.name, function.lineno) for function in found), None)
+
+
+def _named_alone(given: Iterable[ast.expr | None]) -> list[ast.Lambda]:
+    """Return the functions among these that only name the method: `lambda goal_handle: goal_handle.execute`."""
+    return [each for each in given if isinstance(each, ast.Lambda) and name_of(each.body) == "execute"]
 
 
 def _runs_itself(tree: ast.Module, name: str) -> ast.Call | None:
@@ -739,6 +747,27 @@ def empty_executor(source: str) -> tuple[str, int] | None:
     return None
 
 
+def unspun_executor(source: str) -> tuple[str, int, str] | None:
+    """Return an executor with several threads that nothing spins, its line, and the spin that uses another one.
+
+    None unless the text shows it: the executor is given a node, and used for nothing else.
+    """
+    tree = parse(source)
+    spins = [call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"]
+    if len(spins) != 1 or len(spins[0].args) + len(spins[0].keywords) != 1:
+        return None
+    for node in ast.walk(tree):
+        made = node.value if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) else None
+        if not isinstance(made, ast.Call) or name_of(made.func) != "MultiThreadedExecutor":
+            continue
+        name = ast.unparse(node.targets[0])  # type: ignore[attr-defined]
+        used = [each.attr for each in ast.walk(tree) if isinstance(each, ast.Attribute) and name_of(each.value) == name]
+        named_there = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == name]
+        if "add_node" in used and {*used} <= {"add_node", "shutdown"} and len(named_there) == len(used) + 1:
+            return name, node.lineno, ast.unparse(spins[0])  # type: ignore[attr-defined]
+    return None
+
+
 def timer_in_a_callback(source: str) -> tuple[str, int] | None:
     """Return a callback that makes one more timer at each call, and the line of `create_timer`; None if none does."""
     tree = parse(source)
@@ -760,6 +789,11 @@ def idle(place: str, source: str) -> str:
     """Return why a program does nothing that it is asked for, with the line; '' if its text does not show that."""
     if silent := never_begins(source):
         bare = next((node for node in bare_statements(parse(source)) if name_of(node.value) == "execute"), None)
+        if silent[0].endswith(".execute"):
+            return (
+                f"{place}, line {silent[1]}: `{silent[0].rpartition(': ')[2]}` is the method itself, and nothing calls "
+                f"it, so no goal starts. Write `{silent[0]}()`."
+            )
         if bare:
             text = ast.unparse(bare)
             return (

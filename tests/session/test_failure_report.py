@@ -921,6 +921,21 @@ def test_a_method_that_ends_the_node_is_the_cause_only_if_the_program_runs_it(tm
     assert failure_report.of_program(path, "", 0).hint.startswith(says)
 
 
+def test_a_callback_whose_answer_cannot_be_sent_any_more_is_told_what_it_has_ended(tmp_path):
+    (path := tmp_path / "a.py").write_text(
+        "class A(Node):\n    def stop(self, request, response):\n        rclpy.shutdown()\n"
+    )
+    said = (
+        "Traceback (most recent call last):\n"
+        '  File "/x/site-packages/rclpy/service.py", line 9, in send_response\n'
+        "rclpy._rclpy_pybind11.RCLError: failed to send response: publisher's context is invalid, at /p/p.c:423\n"
+    )
+    report = failure_report.of_program(path, said, 1)
+    assert report.frames[0].line == 3 and report.hint.startswith(
+        "'stop' calls `rclpy.shutdown()` in line 3, which ends"
+    )
+
+
 def test_the_story_of_a_program_has_the_readers_lines_alone(tmp_path):
     path = tmp_path / "server.py"
     path.write_text("import rclpy\n")

@@ -3,8 +3,8 @@
 import pytest
 
 from course.foundation import cells
+from course.session.doubts import doubts
 from course.session.slips import slips
-from course.session.source import doubts
 from tests.hidden import answers
 from tests.notebook.public_checks import NOTEBOOKS
 
@@ -236,6 +236,61 @@ LACKS = (
 def test_an_exception_that_a_file_does_not_know_is_told_before_it_is_needed(imports, told):
     assert slips(STOPPED.format(imports=imports)) == told
     assert slips(STOPPED.format(imports=imports).partition("\n")[2]) == []  # another cell may have imported it
+
+
+AGES = """class Follower(Node):
+    def __init__(self):
+        self.scan, self.came = None, None
+    def laser_callback(self, msg):
+        self.came = self.get_clock().now()
+    def control_loop(self):
+        {line}
+    async def answer(self, request):
+        return request
+    async def other(self):
+        await self.answer(1)
+        {line}
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (
+            "self.answer(1)",
+            "`self.answer(...)` alone runs nothing, because `answer` is an `async def`: write `await self.",
+        ),
+        ("self.agent.answer(1)", ""),
+        ("self.task = self.answer(1)", ""),
+        ("self.executor.create_task(self.answer(1))", ""),
+        ("self.laser_callback(1)", ""),
+        ("`create_rate` takes how often per second (Hz), and `period` is a time: wri",),
+        ("`create_rate` takes how often per second (Hz), and `self.step_p",),
+        (
+            "old = (now - self.came).nanoseconds / 1e6 <= 0.5",
+            "`.nanoseconds / 1000000.0` is in milliseconds, so 0.5 me",
+        ),
+        ("old = (now - self.came).nanoseconds / 1e6 <= 500", ""),
+        ("old = (now - self.came).nanoseconds / 1e9 <= 0.5", ""),
+        (
+            "new = self.came - self.get_clock().now() <= FRESH",
+            "`self.came - self.get_clock().now()` is below 0, since now",
+        ),
+        ("new = self.get_clock().now() - self.came <= FRESH", ""),
+        ("new = self.deadline - self.get_clock().now() <= FRESH", ""),
+        ("self.came += 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
+        ("self.came = 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
+    ],
+)
+def test_code_that_does_not_do_what_is_meant_is_told(line, says):
+    cell = AGES.format(line=line)
+    found = slips(cell)
+    assert len(found) == (2 if says else 0), found
+    for number, told in zip((7, 12), found, strict=False):
+        assert told.startswith(f"note: line {number}: {says}")
+    assert not says.endswith("`await self.") or [
+        each.endswith(", and `async def control_loop`.") for each in found
+    ] == [True, False]
 
 
 EAR = """from course_interfaces.action import Lift

@@ -17,6 +17,7 @@ from course.session.failure_report import of_program
 from course.session.guards import for_a_file
 from course.session.live import Session
 from course.session.source import (
+    blocked,
     empty_executor,
     idle,
     never_begins,
@@ -207,10 +208,46 @@ def test_accepted_goals_that_a_subclass_in_a_cell_never_begins():
         ("lambda goal: None", True),
         ("lambda goal: goal.execute()", False),
         ("lambda goal: waiting.append(goal)", False),
+        ("lambda goal: goal.execute", True),
     ],
 )
 def test_accepted_goals_that_a_lambda_never_begins(given, told):
-    assert never_begins(f"ros.start(Lift, handle_accepted_callback={given})") == ((given, 1) if told else None)
+    cell = f"ros.start(Lift, handle_accepted_callback={given})"
+    assert never_begins(cell) == ((given, 1) if told else None)
+    named_alone = (
+        "`goal.execute` is the method itself, and nothing calls it, so no goal starts. Write `lambda goal: goal."
+    )
+    assert (named_alone in idle("the cell", cell)) == given.endswith(".execute")
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("executor.add_node(node)\nrclpy.spin(node)", True),
+        ("executor.add_node(node)\nrclpy.spin(node)\nexecutor.shutdown()", True),
+        ("executor.add_node(node)\nrclpy.spin(node, executor)", False),
+        ("executor.add_node(node)\nrclpy.spin(node, executor=executor)", False),
+        ("executor.add_node(node)\nThread(target=executor.spin).start()\nrclpy.spin(node)", False),
+        ("executor.add_node(node)\nexecutor.spin()", False),
+        ("rclpy.spin(node)", False),
+    ],
+)
+def test_an_executor_that_nothing_spins(lines, told):
+    text = f"{ASKS}executor = MultiThreadedExecutor(4)\n{lines}\n"
+    why = (
+        "othing spins `executor` of line 6, and `rclpy.spin(node)` has one thread: write `executor.spin()` in its place"
+    )
+    assert doubts("relay.py", text) == [f"relay.py: n{why}."] * told
+    said = blocked(text, "/relay")
+    assert (f"the executor is busy with this callback. N{why}" in said) == told
+
+
+ASKS = """class Relay(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/relay', self.relay)
+    def relay(self, request, response):
+        return self.client.call(request)
+"""
 
 
 @pytest.mark.parametrize(("guard", "told"), [("if __name__ == '__main__':", True), ("if True:", False)])
