@@ -8,6 +8,7 @@ from course.session.hints import EXITS, uncalled_main
 from course.session.mixups import assigned
 from course.session.source import calls, functions, name_of, parse
 
+STATUSES = 256  # of an exit status, only the remainder by this is kept
 NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
 
 
@@ -20,6 +21,13 @@ def lost_status(file: str, status: int) -> str:
     tree = parse(source)
     main = next((each for each in functions(tree) if each.name == "main"), None)
     returns = [each.value for each in ast.walk(main) if isinstance(each, ast.Return)] if main else []
+    given_to = [each for name in EXITS for call in calls(tree, name) for each in call.args]
+    for value in (each for each in (*returns, *given_to) if status == 0 and isinstance(each, ast.Constant)):
+        if isinstance(value.value, int) and value.value and value.value % STATUSES == 0:
+            return (
+                f"\n{frame_at(file, value.lineno, source)}\nAn exit status is a number from 0 to 255, and of "
+                f"{value.value} the remainder is 0: take 1."
+            )
     exits = sum(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
     given = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, map(_function, call.args))]
     if main and not any(returns) and status == 0 and len(given) == exits == 1:
@@ -56,11 +64,13 @@ def printed_status(file: str, output: str, status: int) -> str:
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status: `sys.exit` prints "
                 "anything but a whole number, and ends with 1. After a success, return 0."
             )
-    if len(returns) == 1 and _is_true(returns[0].value):
-        return (
-            f"\n{frame_at(file, returns[0].lineno, source)}\nWhat main() returns is the exit status, and True is the "
-            "status 1. After a success, return 0."
-        )
+    for node in returns:
+        literal = isinstance(node.value, ast.Constant) and node.value.value is True
+        if literal or (len(returns) == 1 and _is_true(node.value)):
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status, and True is the "
+                "status 1. After a success, return 0."
+            )
     return ""
 
 
@@ -72,10 +82,26 @@ def _function(node: ast.expr) -> ast.expr | None:
 def _nothing_printed(file: str, source: str) -> str:
     """Return lines that say that a program has printed nothing, with the line that only names main()."""
     lines = f"\n{file} printed nothing."
+    if early := return_in_finally(file):
+        return f"{lines}{early}"
     if not (uncalled := uncalled_main(source)):
         return lines
     line, why = uncalled
     return f"{lines}\n{frame_at(file, line, source)}\n{why}" if line else f"{lines} {why}"
+
+
+def return_in_finally(file: str) -> str:
+    """Return lines about a `return` in a `finally` of main(), which drops what stands below it; '' if there is none."""
+    source = text_at(Path(file))
+    for main in (each for each in functions(parse(source)) if each.name == "main"):
+        for tried in (node for node in ast.walk(main) if isinstance(node, ast.Try)):
+            for node in (each for statement in tried.finalbody for each in ast.walk(statement)):
+                if isinstance(node, ast.Return) and main.body[-1] is not tried:
+                    return (
+                        f"\n{frame_at(file, node.lineno, source)}\nThis `return` stands in `finally` and ends main() "
+                        "each time: what stands below it never runs."
+                    )
+    return ""
 
 
 def _is_no_status(value: ast.expr | None, source: str) -> bool:

@@ -23,7 +23,7 @@ from course.foundation.waiting import wait_until
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
-from course.notebook.command_line import lost_status
+from course.notebook.command_line import lost_status, return_in_finally
 from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import type_name
@@ -331,7 +331,7 @@ def within(timeout: float, condition: Callable[[], object], process: Handle, ser
 
 
 def why_silent(file: str) -> str:
-    """Return lines that say why a client prints no answer: main() does not run, or nothing spins; '' if both do."""
+    """Return lines that say why a client prints no answer: main() does not run to its end, or nothing spins; or ''."""
     source = text_at(Path(file))
     if guard := wrong_guard(source):
         return f"\n{frame_at(file, guard[1], source)}\n{GUARDED.format(guard[0])}"
@@ -342,7 +342,7 @@ def why_silent(file: str) -> str:
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)
     if spins or sent is None:
-        return ""
+        return return_in_finally(file)
     return (
         f"\n{file}, line {sent.lineno}, sends the request, but nothing in the file spins the node, so the response "
         "is never received: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
@@ -430,9 +430,28 @@ def rate_in_a_timer(file: str) -> str:
     return ""
 
 
+PAUSES = re.compile(r"sleep|wait|spin|join|get$|read")  # calls that may pause a loop
+
+
+def _ends(loop: ast.While) -> bool:
+    """Return True if a loop has a condition of its own, or leaves by itself."""
+    always = isinstance(loop.test, ast.Constant) or ast.unparse(loop.test) == "rclpy.ok()"
+    return not always or any(isinstance(node, (ast.Break, ast.Return)) for node in ast.walk(loop))
+
+
 def more_timers(file: str) -> str:
-    """Return lines about a callback that makes one more timer at each call; '' if none does."""
+    """Return lines about a callback that makes one more timer at each call, or a loop without a pause; else ''."""
     source = text_at(Path(file))
+    tree = parse_program(source)
+    sending = {each.name for each in functions(tree) if next(calls(each, "publish"), None)} | {"publish"}
+    for function in functions(tree):
+        for loop in (each for each in ast.walk(function) if isinstance(each, ast.While)):
+            called = {name_of(node.func) for node in ast.walk(loop) if isinstance(node, ast.Call)}
+            if sending & called and not any(PAUSES.search(each) for each in called) and not _ends(loop):
+                return (
+                    f"\n{frame_at(file, loop.lineno, source)}\nThis loop publishes without a pause. A timer, "
+                    "`create_timer(0.1, callback)`, calls a method ten times a second."
+                )
     if more := timer_in_a_callback(source):
         return (
             f"\n{frame_at(file, more[1], source)}\n'{more[0]}' makes one more timer each time that it is called. Make "

@@ -2,7 +2,8 @@
 
 import pytest
 
-from course.notebook.command_line import kept_name, lost_status, printed_status
+from course.notebook.command_line import kept_name, lost_status, printed_status, return_in_finally
+from course.notebook.judging import why_silent
 from tests.mistakes import SOLUTIONS
 
 CLIENTS = [SOLUTIONS / "calculator" / "calculator_client.py", SOLUTIONS / "actions" / "lift_client.py"]
@@ -28,6 +29,8 @@ def test_of_a_right_client_nothing_is_said(monkeypatch, client):
             "\n  client.py, line 1\n    def main():\nmain() returns nothing, so `sys.exit(main())`",
         ),
         ("return sys.exit(1)", "sys.exit(main())", ""),
+        ("return 256", "sys.exit(main())", "\n  client.py, line 2\n    return 256\nAn exit status is a number from 0"),
+        ("sys.exit(512)", "main()", "\n  client.py, line 2\n    sys.exit(512)\nAn exit status"),
     ],
 )
 def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
@@ -48,6 +51,7 @@ def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
         ("status = outcome.name; return status", "sys.exit(main())", "SUCCEEDED\n", True),
         ("return outcome == 'SUCCEEDED'", "sys.exit(main())", "SUCCEEDED\n", True),
         ("return True", "sys.exit(main())", "SUCCEEDED\n", True),
+        ("return True if outcome else False", "sys.exit(main())", "SUCCEEDED\n", False),
         ("return outcome != 'SUCCEEDED'", "sys.exit(main())", "ABORTED\n", False),
     ],
 )
@@ -103,3 +107,24 @@ def test_a_program_name_that_nothing_takes_off(tmp_path, monkeypatch, text, kept
     monkeypatch.chdir(tmp_path)
     (tmp_path / "client.py").write_text(text)
     assert bool(kept_name("client.py")) == kept
+
+
+def test_true_among_other_statuses_is_told(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "def main():\n    if usage:\n        return 2\n    return True\n\nsys.exit(main())\n"
+    (tmp_path / "client.py").write_text(text)
+    said = printed_status("client.py", "18.7\n", 1)
+    assert said.startswith("\n  client.py, line 4\n    return True\n") and "True is the status 1" in said
+
+
+@pytest.mark.parametrize(
+    ("last", "below", "told"),
+    [("return 0", "print(answer)", True), ("return 0", "", False), ("node.destroy_node()", "return 0", False)],
+)
+def test_a_return_in_a_finally_is_told_when_something_stands_below_it(tmp_path, monkeypatch, last, below, told):
+    monkeypatch.chdir(tmp_path)
+    body = f"    try:\n        answer = ask()\n    finally:\n        {last}\n" + (f"    {below}\n" if below else "")
+    (tmp_path / "client.py").write_text(f"def main():\n{body}\nsys.exit(main())\n")
+    says = "\n  client.py, line 5\n    return 0\nThis `return` stands in `finally`"
+    assert return_in_finally("client.py").startswith(says) == told == bool(return_in_finally("client.py"))
+    assert (says in printed_status("client.py", "", 0)) == (says in why_silent("client.py")) == told

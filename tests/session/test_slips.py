@@ -264,8 +264,6 @@ AGES = """class Follower(Node):
         ("self.task = self.answer(1)", ""),
         ("self.executor.create_task(self.answer(1))", ""),
         ("self.laser_callback(1)", ""),
-        ("`create_rate` takes how often per second (Hz), and `period` is a time: wri",),
-        ("`create_rate` takes how often per second (Hz), and `self.step_p",),
         (
             "old = (now - self.came).nanoseconds / 1e6 <= 0.5",
             "`.nanoseconds / 1000000.0` is in milliseconds, so 0.5 me",
