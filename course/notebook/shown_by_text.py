@@ -23,6 +23,82 @@ def no_cancel(file: str) -> str:
     )
 
 
+def late_newest(file: str) -> str:
+    """Return lines on an action server that stores its newest goal only once it has the lock of the one before."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    executes = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
+    for function in named(tree, executes):
+        given = function.args.args[-1].arg if function.args.args else ""
+        stored = [node for node in ast.walk(tree) if isinstance(node, ast.Assign) and name_of(node.value) == given]
+        blocks = [node for node in ast.walk(function) if isinstance(node, ast.With)]
+        held = [node for node in stored if any(node in ast.walk(each) for each in blocks)]
+        if held and len(held) == len(stored) and all(isinstance(each.targets[0], ast.Attribute) for each in held):
+            return (
+                f"\n{frame_at(file, held[0].lineno, source)}\nThis stores the new goal only when it has the lock, "
+                "after the end of the one before, which so never learns of it. Store it as soon as it is accepted, in "
+                "the `handle_accepted_callback`."
+            )
+    return ""
+
+
+OF_SECTORS = {25, 40, 80}  # degrees, the ends of the follower's sectors
+
+
+def unconverted(file: str) -> str:
+    """Return a sentence on a program that uses the angles of a scan and sectors in degrees, and converts nothing."""
+    tree = parse(text_at(Path(file)))
+    code = ast.unparse(tree)  # without comments
+    numbers = {
+        node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and not isinstance(node.value, str)
+    }
+    called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    converts = called & {"degrees", "rad2deg", "radians", "deg2rad"} or re.search(r"\b(?:180|360|57\.|0\.017)", code)
+    if "angle_increment" not in code or not numbers >= OF_SECTORS or converts:
+        return ""
+    return (
+        f". The angles of a scan are in radians, those of the sectors in {file} are in degrees, and nothing in it "
+        "converts one to the other, as `np.degrees(...)` does"
+    )
+
+
+def other_unit(got: float, wanted: float) -> str:
+    """Return a question about a value that is as many times too large as a second has parts; '' for another one."""
+    for parts, unit in ((1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")):
+        if 0.8 * parts * wanted <= got <= 1.25 * parts * wanted:
+            return f", {parts:,.0f} times as much: is the step in {unit}?"
+    return ""
+
+
+def unseen_scans(file: str) -> str:
+    """Return lines on a follower that keeps the time of a command and takes it for that of a scan; '' otherwise."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    heard, timed = (
+        [*named(tree, {name_of(argument(call, *CALLBACKS[maker])) for call in calls(tree, maker)})]
+        for maker in ("create_subscription", "create_timer")
+    )
+    if len(heard) != 1 or "stamp" in source or any(next(calls(heard[0], name), None) for name in NOW):
+        return ""
+    own = {each.name for each in functions(tree)}
+    if any(name_of(node.func) in own for node in ast.walk(heard[0]) if isinstance(node, ast.Call) and _of_self(node)):
+        return ""  # which may keep the time
+    for node in (each for function in timed for each in ast.walk(function) if isinstance(each, ast.Assign)):
+        if isinstance(node.targets[0], ast.Attribute) and name_of(getattr(node.value, "func", None)) in NOW:
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nThis is the time of a command, not of a scan. Keep the time "
+                f"at which a scan comes in '{heard[0].name}'."
+            )
+    return ""
+
+
+NOW = ("now", "monotonic", "time", "perf_counter")
+
+
+def _of_self(call: ast.Call) -> bool:
+    return isinstance(call.func, ast.Attribute) and name_of(call.func.value) == "self"
+
+
 def published_only_if(file: str) -> str:
     """Return lines on a timer's callback that publishes in a branch alone; '' if it does so on every path."""
     source = text_at(Path(file))

@@ -55,7 +55,7 @@ def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:
                 yield (
                     node.lineno,
                     (
-                        f"`.nanoseconds / {ast.unparse(one.right)}` is in milliseconds, so {limit:g} means "
+                        f"`.nanoseconds / 1e6` is in milliseconds, so {limit:g} means "
                         f"{limit:g} ms. Seconds are `.nanoseconds / 1e9`."
                     ),
                 )

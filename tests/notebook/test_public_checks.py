@@ -541,7 +541,8 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
                      "wall_follower.py has no timer: `create_timer(period, callback)` calls a method regularly.",
                      marks=pytest.mark.matrix),
         ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
-         "it is told (0.0, 0.5): that is for something nearer than 0.5 m in front"),
+         ("it is told (0.0, 0.5): that is for something nearer than 0.5 m in front. The angles of a scan are in "
+          "radians, those of the sectors in wall_follower.py are in degrees")),
         each_night("linear.x", "linear.y",
                    "it is told (0.0, -0.0): its linear.y=0.3 does nothing, the speeds are linear.x and"),
         pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",
@@ -634,6 +635,13 @@ def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(em
     assert Page("actions").judge(answers.solution("actions"), "lift-server")["lift-server"] == cells.PASSED
 
 
+LIFT = answers.solution("actions")["lift_server.py"].decode()
+STORED = LIFT[
+    LIFT.index("        self.newest = goal_handle\n") : LIFT.index("            return self.move(goal_handle)\n")
+]
+BEHIND_THE_LOCK = STORED.replace("        self.newest = goal_handle\n", "") + "            self.newest = goal_handle\n"
+
+
 @pytest.mark.parametrize(
     ("exercise", "check", "file", "old", "new", "says"),
     [
@@ -650,6 +658,15 @@ def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(em
         ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",
          "output_max is the integer 10: a default with a point, such as 1.0, makes a double"),
         each_night("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
+        each_night("services", "relay", "relay.py", "    async def relay(self, request, response):\n",
+                   "    def relay(self, request, response):\n"
+                   "        self.executor.create_task(self.answer, request, response)\n        return response\n\n"
+                   "    async def answer(self, request, response):\n",
+                   "message=''). A field that nobody sets before the callback has ended stays as it is from the start"),
+        each_night("parameters", "pid-node", "pid_node.py", "time.monotonic()", "time.monotonic_ns()",
+                   ", 1,000,000,000 times as much: is the step in nanoseconds?"),
+        each_night("actions", "lift-server", "lift_server.py", STORED, BEHIND_THE_LOCK,
+                   "self.newest = goal_handle\nThis stores the new goal only when it has the lock, after the end of"),
         each_night("actions", "lift-server", "lift_server.py",
                    "self.newest = goal_handle", "self.new_est = goal_handle",
                    "the feedback (floor, stops_left) was [], and the goal ended as aborted"),

@@ -3,7 +3,14 @@
 import pytest
 
 from course.notebook.judging import unlike
-from course.notebook.shown_by_text import no_cancel, published_only_if
+from course.notebook.shown_by_text import (
+    late_newest,
+    no_cancel,
+    other_unit,
+    published_only_if,
+    unconverted,
+    unseen_scans,
+)
 from tests.mistakes import SOLUTIONS
 
 LOOP = """class Follower(Node):
@@ -41,9 +48,10 @@ def test_a_command_that_is_published_in_a_branch_alone_is_told(tmp_path, monkeyp
 
 def test_of_a_right_program_nothing_is_said(monkeypatch):
     monkeypatch.chdir(SOLUTIONS / "ai_integration")
-    assert published_only_if("wall_follower.py") == ""
+    for told in (published_only_if, unconverted, unseen_scans):
+        assert told("wall_follower.py") == ""
     monkeypatch.chdir(SOLUTIONS / "actions")
-    assert no_cancel("lift_server.py") == ""
+    assert no_cancel("lift_server.py") == late_newest("lift_server.py") == ""
 
 
 def test_a_server_that_never_looks_for_a_cancel_is_told(tmp_path, monkeypatch):
@@ -63,3 +71,41 @@ def test_a_server_that_never_looks_for_a_cancel_is_told(tmp_path, monkeypatch):
 )
 def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
     assert unlike(has, {"a": "float64", "name": "string"}) == says
+
+
+@pytest.mark.parametrize(
+    ("exercise", "file", "changes", "told", "says"),
+    [
+        ("actions", "lift_server.py", {"        self.newest = goal_handle\n": "", "        with self.cabin:\n":
+         "        with self.cabin:\n            self.newest = goal_handle\n"}, late_newest,
+         "\n    self.newest = goal_handle\nThis stores the new goal only when it has the lock"),
+        ("actions", "lift_server.py", {"        with self.cabin:\n": "        self.newest = goal_handle\n"
+         "        with self.cabin:\n            self.newest = goal_handle\n"}, late_newest, ""),
+        ("ai_integration", "wall_follower.py", {"np.degrees(": "("}, unconverted,
+         ". The angles of a scan are in radians, those of the sectors in wall_follower.py are in degrees"),
+        ("ai_integration", "wall_follower.py", {"np.degrees(": "180 / np.pi * ("}, unconverted, ""),
+        ("ai_integration", "wall_follower.py", {"        self.scan_time = self.get_clock().now()\n": "",
+         "        cmd = Twist()\n": "        self.scan_time = self.get_clock().now()\n        cmd = Twist()\n"},
+         unseen_scans,
+         ("\nThis is the time of a command, not of a scan. Keep the time at which a scan comes in 'laser_callback'.")),
+        ("ai_integration", "wall_follower.py", {"        cmd = Twist()\n":
+         "        self.sent = self.get_clock().now()\n        cmd = Twist()\n"}, unseen_scans, ""),
+    ],
+)  # fmt: skip
+def test_a_cause_that_the_text_shows_is_told(tmp_path, monkeypatch, exercise, file, changes, told, says):
+    text = (SOLUTIONS / exercise / file).read_text()
+    for old, new in changes.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / file).write_text(text)
+    assert says in told(file) and bool(told(file)) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("got", "says"),
+    [(2.6, ""), (2.5e9, ", 1,000,000,000 times as much: is the step in nanoseconds?"), (2500.0, "in milliseconds?"),
+     (40.0, ""), (-2.5e9, "")],
+)  # fmt: skip
+def test_a_time_in_another_unit_is_asked_about(got, says):
+    assert says in other_unit(got, 2.6) and bool(other_unit(got, 2.6)) == bool(says)

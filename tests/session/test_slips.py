@@ -266,7 +266,7 @@ AGES = """class Follower(Node):
         ("self.laser_callback(1)", ""),
         (
             "old = (now - self.came).nanoseconds / 1e6 <= 0.5",
-            "`.nanoseconds / 1000000.0` is in milliseconds, so 0.5 me",
+            "`.nanoseconds / 1e6` is in milliseconds, so 0.5 means 0.5 m",
         ),
         ("old = (now - self.came).nanoseconds / 1e6 <= 500", ""),
         ("old = (now - self.came).nanoseconds / 1e9 <= 0.5", ""),
