@@ -3,7 +3,7 @@
 import ast
 from collections.abc import Iterator
 
-from course.session.source import functions, inside, name_of, named
+from course.session.source import functions, inside, name_of, named, service_callbacks
 
 MILLISECONDS = 1e6  # nanoseconds in one
 NOW = {"now", "monotonic", "time", "perf_counter"}
@@ -12,6 +12,7 @@ NOW = {"now", "monotonic", "time", "perf_counter"}
 def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield each such place as its line and a sentence."""
     yield from _not_awaited(tree)
+    yield from _answers_later(tree)
     yield from _milliseconds(tree)
     yield from _negative_ages(tree)
 
@@ -35,6 +36,30 @@ def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
                         f"`await {what}(...)`{here}."
                     ),
                 )
+
+
+def _answers_later(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield calls by which a service callback has its response filled in by a task or a thread, and returns before."""
+    for function in named(tree, service_callbacks(tree)):
+        response = function.args.args[-1].arg if function.args.args else ""
+        nodes = [*inside(function)]
+        called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
+        if called & WAITS or any(isinstance(node, (ast.Await, ast.Nonlocal)) for node in nodes):
+            continue
+        for call in (node for node in nodes if isinstance(node, ast.Call) and name_of(node.func) in LATER):
+            given = [*call.args, *(each.value for each in call.keywords)]
+            if response in {name_of(each) for one in given for each in ast.walk(one) if isinstance(each, ast.Name)}:
+                yield (
+                    call.lineno,
+                    (
+                        f"`{name_of(call.func)}` runs it later, and `{response}` is sent before: make "
+                        f"'{function.name}' an `async def` and `await` what fills in the response."
+                    ),
+                )
+
+
+LATER = {"create_task", "submit", "Thread"}  # what runs a function beside the callback
+WAITS = {"join", "result", "wait", "acquire", "get", "sleep", "spin_once", "spin_until_future_complete"}
 
 
 def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -291,6 +291,36 @@ def test_code_that_does_not_do_what_is_meant_is_told(line, says):
     ] == [True, False]
 
 
+RELAY = """class Relay(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/relay', self.relay)
+    {callback}
+        {line}
+        return response
+    async def answer(self, request, response):
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.executor.create_task(self.answer, request, response)", "create_task"),
+        ("self.executor.create_task(self.answer(request, response))", "create_task"),
+        ("threading.Thread(target=self.answer, args=(request, response)).start()", "Thread"),
+        ("each = threading.Thread(target=self.answer, args=(request, response)); each.start(); each.join()", ""),
+        ("threading.Thread(target=self.other, args=(request,)).start()", ""),
+        ("self.pool.submit(self.answer, request, response).result()", ""),
+    ],
+)
+def test_a_response_that_is_sent_before_it_is_filled_in_is_told(line, told):
+    says = f"note: line 5: `{told}` runs it later, and `response` is sent before: make 'relay' an `async def` and "
+    found = slips(RELAY.format(callback="def relay(self, request, response):", line=line))
+    assert [each.startswith(says) for each in found] == [True] * bool(told)
+    awaited = RELAY.format(callback="async def relay(self, request, response):", line=f"self.task = await {line}")
+    assert slips(awaited) == []
+
+
 EAR = """from course_interfaces.action import Lift
 class Lift(Node):
     def __init__(self):
