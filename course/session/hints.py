@@ -1001,7 +1001,8 @@ def _outside_of_its_class(found: re.Match[str], source: str) -> str:
 def _own_function(name: str, source: str) -> str:
     """Return the hint on a function of the whole text that is called as if it were a method: `self.nearest(...)`."""
     made = [each for each in parse(source).body if isinstance(each, ast.FunctionDef) and each.name == name]
-    if not made or not re.search(rf"\bself\.{name}\b", source):
+    is_set = re.search(rf"\bself\.{name}\s*=[^=]", source)
+    if not made or is_set or not re.search(rf"\bself\.{name}\b", source):
         return ""
     return (
         f"`{name}` is a function outside of the class (line {made[0].lineno}), and no method: call it without `self.`, "
@@ -1009,16 +1010,32 @@ def _own_function(name: str, source: str) -> str:
     )
 
 
-def _destroyed(found: re.Match[str], source: str) -> str:
-    """Return the hint on something that a program uses after it has destroyed it, or its node."""
-    for name in ("destroy_node", "destroy_client", "destroy_publisher", "destroy", "shutdown"):
-        for call in calls(parse(source), name):
-            if ast.unparse(call) != "rclpy.shutdown()":
-                return (
-                    f"What this line uses is destroyed already, as `{ast.unparse(call)}` in line {call.lineno} does: "
-                    "call that when all is done."
-                )
+def _destroyed(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that uses something which the program has destroyed, by itself or with its node."""
+    tree = parse(source)
+    made = [call for name in DESTROYERS for call in calls(tree, name)]
+    used = [call for call in made if re.search(rf"(?<![\w.]){re.escape(_gone(call))}(?!\w)", code)]
+    for call in used if made else calls(tree, "destroy_node"):
+        return (
+            f"What this line uses is destroyed already, as `{ast.unparse(call)}` in line {call.lineno} does: call that "
+            "when all is done."
+        )
     return ""
+
+
+def _gone(call: ast.Call) -> str:
+    """Return what a call destroys: `self.client` for `self.client.destroy()` and `self.destroy_client(self.client)`."""
+    return ast.unparse(call.args[0] if call.args else getattr(call.func, "value", call.func))
+
+
+DESTROYERS = (
+    "destroy",
+    "destroy_client",
+    "destroy_publisher",
+    "destroy_service",
+    "destroy_subscription",
+    "destroy_timer",
+)
 
 
 def _hides_of_a_node(found: re.Match[str], source: str) -> str:
@@ -1071,7 +1088,6 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
     ),
     (r"^TypeError:?\s*$", _nothing_returned),
-    (r"cannot use Destroyable because destruction was requested", _destroyed),
     (r"'(\w+)' object has no attribute '(?:handle|now|clock_type|info|ok)'", _hides_of_a_node),
     (r"'(Time|Duration)' object has no attribute '(\w+)'", time_without),
     (
@@ -1363,6 +1379,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^IndexError", _beam),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
     (NO_TEXT, _sent),
+    (r"cannot use Destroyable because destruction was requested", _destroyed),
     (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),
     (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),

@@ -19,7 +19,7 @@ def unfit(found: re.Match[str], source: str) -> str:
             return f"This is the whole message: its value is in the field `data` of {kind}, as in `msg.data`."
     if "Duration" in kinds and NUMBERS.intersection(kinds) and not re.search(r"builtin_interfaces", source):
         return "A Duration is not a number: its seconds are `.nanoseconds / 1e9`."
-    if kinds == ["Time", "Time"]:
+    if kinds == ["Time", "Time"] and "for +" not in found.string:
         return OF_A_STAMP
     if "Time" in kinds and NUMBERS.intersection(kinds):
         return (

@@ -26,6 +26,7 @@ def main():
     node.destroy_node()
     node.call(1)
 """
+DESTROYS = "self.destroy_client(self.client)\nnode.destroy_node()\n"
 ADD = "from example_interfaces.srv import AddTwoInts"
 FIBONACCI = "from example_interfaces.action import Fibonacci"
 TIMES = "TypeError: unsupported operand type(s) for -: 'Time' and 'Time'"
@@ -135,6 +136,16 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "as `node.destroy_node()` in line 8 does: call",
         ),
         (DESTROYED, "", "", ""),
+        (DESTROYED, DESTROYS, "self.client.call_async()", "as `self.destroy_client(self.client)` in line 1 does: call"),
+        (DESTROYED, DESTROYS, "self.timer.reset()", ""),
+        (
+            "TypeError: <lambda>() missing 1 required positional argument: 'event'",
+            "self.create_subscription(Scan, 'scan', lambda msg, info: msg, 10)",
+            "",
+            "",
+        ),
+        ("TypeError: unsupported operand type(s) for +: 'Time' and 'Time'", "", "", ""),
+        (NOT_A_METHOD, f"{SCAN}        self.nearest = nearest(msg)\n", "", "Line 6 sets `self.nearest`, and has not"),
     ],
 )
 def test_a_mistake_of_beginners_is_told_only_where_it_is_certain(error, text, code, says):
