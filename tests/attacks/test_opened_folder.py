@@ -83,6 +83,7 @@ def test_a_terminal_takes_nothing_from_its_folder(folder, command):
     [
         "autograder --help",
         "course sessions",
+        "ipython -c print(1)",
         "jupyter dejavu --help",
         "jupyter nbconvert --to markdown book.ipynb",
         "jupyter kernelspec list",
