@@ -1,6 +1,7 @@
 """One submission being graded: its files, its programs, its ROS domains and its clock."""
 
 import random
+from collections import Counter
 from collections.abc import Callable, Mapping
 
 from autograder.errors import TimedOut
@@ -47,6 +48,8 @@ class Bench:
         self._domains = random.sample(domains, len(domains))
         self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
+        self.nodeless: Counter[str] = Counter()  # by file: in how many worlds its program has shown no node
+        self.late: set[str] = set()  # files of which a run was still going on at its limit, twice
         self.known: set[str] = set()  # what the suite has learned of the programs, in words of its own
 
     def random(self, name: str) -> random.Random:
@@ -87,7 +90,7 @@ class Bench:
 
     def run(self, file: str, *args: str, domain: int) -> Run:
         """Start a run of a handed-in program that must end on its own."""
-        return Run(file, lambda: self.start(file, *args, domain=domain), self.clock)
+        return Run(file, lambda: self.start(file, *args, domain=domain), self.clock, self.late)
 
     def start(
         self, file: str, *args: str, domain: int, files: Mapping[str, bytes] | None = None, afresh: bool = False

@@ -9,6 +9,7 @@ stateDiagram-v2
     DOWN --> STARTING: begin()
     STARTING --> SERVING: it offers what is wanted
     STARTING --> DOWN: it died, or shows no node in time; a second try, then a fault for what was wanted
+    DOWN --> DOWN: what has shown no node twice is not started again; in another world it has one short try
     SERVING --> SERVING: it answers, or offers more of what is wanted
     STARTING --> DOWN: it shows a node that offers nothing; a second try
     SERVING --> DOWN: it does not offer the rest in time, as above
@@ -112,6 +113,8 @@ class Lifecycle(ABC):
         self._offered: set[tuple[str, ...]] = set()  # what this start has offered of what was wanted
         self._missed: dict[tuple[str, ...], Fault] = {}  # what the program failed to offer twice
         self._given_up: Fault | None = None  # why it is HOPELESS
+        self._shown = False  # whether any of its starts has shown a node
+        self._without_node = 0.0  # s that it was waited for a node, twice, and none has ever come
         self._answered: set[str] = set()  # the kinds of questions that it has answered, as the student is told them
         self._deaths: Counter[tuple[str, str]] = Counter()  # by the kind of question, and the exception
         self._silent: Counter[str] = Counter()  # by the kind of question
@@ -157,6 +160,14 @@ class Lifecycle(ABC):
         """Return a sentence for the student on the topics of the program's nodes; empty if there are none."""
         return ""
 
+    @property
+    def tries(self) -> tuple[float, ...]:
+        """Return the times (s) that the program has to offer what is wanted, one for each of its starts, if any."""
+        return START, START / 2
+
+    def never_shows_a_node(self) -> None:
+        """Note that the program has shown no node in all of its tries."""
+
     @abstractmethod
     def allow(self, seconds: float) -> float:
         """Return the time limit (s) for a wait that should take less than `seconds`."""
@@ -189,8 +200,10 @@ class Lifecycle(ABC):
             raise known
         if self.state is State.SERVING and wanted in self._offered:
             return
+        if self._without_node or not self.tries:
+            raise self._shows_no_node(wanted, self._without_node or START)
         waited = 0.0
-        for limit in (START, START / 2):
+        for limit in self.tries:
             if self.state is State.DOWN:
                 self.begin()
             waited = max(waited, self.allow(limit))
@@ -204,6 +217,9 @@ class Lifecycle(ABC):
                 break
             self.end()
         self._missed[wanted] = fault
+        if isinstance(fault, TimedOut) and not self._shown and waited >= LEAST:
+            self._without_node = waited
+            self.never_shows_a_node()
         raise fault
 
     def ensure_fresh(self, *wanted: str) -> None:
@@ -250,11 +266,12 @@ class Lifecycle(ABC):
             return not self.missing(wanted) or not self.program.alive
 
         if self.wait_until(lambda: decided() or self.has_node(), self.allow(limit)):
+            self._shown |= self.has_node()
             self.wait_until(decided, self.allow(SETTLED))
         return self.program.alive and not self.missing(wanted)
 
     def _why_not_up(self, wanted: tuple[str, ...], waited: float) -> Fault:
-        promise = " and ".join(self.missing(wanted) or wanted) or "what the task asks for"
+        promise = self._promise(wanted)
         if not self.program.alive:
             self.program.wait(REAPED)
             if self.program.exit_status == 0:
@@ -274,9 +291,15 @@ class Lifecycle(ABC):
             )
         if waited < LEAST:
             return TimedOut(USED_UP)
+        return self._shows_no_node(wanted, waited)
+
+    def _promise(self, wanted: tuple[str, ...]) -> str:
+        return " and ".join(self.missing(wanted) or wanted) or "what the task asks for"
+
+    def _shows_no_node(self, wanted: tuple[str, ...], waited: float) -> Fault:
         return TimedOut(
             f"{self.file} was started, but within {waited:.0f} s no node appeared, and it never offered "
-            f"{promise}: does the program wait for something before it creates its node?"
+            f"{self._promise(wanted)}: does the program wait for something before it creates its node?"
         )
 
     def _on_silence(self, what: str, limit: float) -> tuple[Fault, bool]:

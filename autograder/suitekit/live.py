@@ -100,6 +100,18 @@ class LiveProgram(Lifecycle):
         ]
         return f"It {' and '.join(parts)}." if parts else ""
 
+    @property
+    def tries(self) -> tuple[float, ...]:
+        """Return the times (s) that the program has to offer what is wanted: fewer if it shows no node elsewhere.
+
+        Its file has one try if there was no node in one other world, and none if there was none in two.
+        """
+        return ((), super().tries[1:], super().tries)[max(0, 2 - self.bench.nodeless[self.file])]
+
+    def never_shows_a_node(self) -> None:
+        """Note it for the other worlds in which the same file is started."""
+        self.bench.nodeless[self.file] += 1
+
     def allow(self, seconds: float) -> float:
         """Return the time limit (s) for a wait that should take less than `seconds`."""
         return self.bench.clock.allow(seconds)

@@ -42,9 +42,13 @@ def drawn(command: Sequence[str], rng: random.Random) -> list[str]:
 class Run:
     """One run of a handed-in program that must end on its own, as `python FILE ARGS`; started by `bench.run`."""
 
-    def __init__(self, file: str, start: Callable[[], Program], clock: Clock):
-        """Start the program by `start`, which `again` calls once more."""
+    def __init__(self, file: str, start: Callable[[], Program], clock: Clock, late: set[str] | None = None):
+        """Start the program by `start`, which `again` calls once more.
+
+        `late` has the files of which another run was late twice: theirs are not run a second time for being late.
+        """
         self.file, self._start, self._clock = file, start, clock
+        self._late_files = set() if late is None else late
         self._program = start()
         self.starts = 1
         self._late: TimedOut | None = None  # the fault after waiting for its end twice
@@ -102,7 +106,7 @@ class Run:
             ended = program.wait(max(0.05, program.started + allowed - time.monotonic()))
             in_time = ended and program.duration <= allowed
             own_end = program.raised or (program.exit_status or 0) < SIGNALLED
-            if program.stopped or (in_time and own_end) or last:
+            if program.stopped or (in_time and own_end) or last or (not in_time and self.file in self._late_files):
                 break
             program.kill()
             self._restart()
@@ -115,6 +119,7 @@ class Run:
                 f"{self.file}, run {doing}, was still running after {limit:.0f} s. It must exit on its own: print why, "
                 "and exit."
             )
+            self._late_files.add(self.file)
             raise self._late
         return program
 

@@ -184,6 +184,22 @@ def test_no_node_in_time():
     assert (life.state, life.starts, life.launched[-1].killed) == (State.DOWN, 2, True)
 
 
+def test_what_never_shows_a_node_is_not_started_again_for_something_else():
+    life = Fake({"node_at": 1e9})
+    for wanted in (SUM, STATUS, SUM):
+        with pytest.raises(TimedOut, match=rf"within 20 s no node appeared, and it never offered {wanted}:"):
+            life.up(wanted)
+    assert (life.starts, life.clock.now) == (2, START + START / 2)
+
+
+def test_what_has_shown_a_node_once_is_started_again_for_something_else():
+    life = Fake({"ends_at": 5.0}, {"node_at": 1e9}, serves())
+    with pytest.raises(TimedOut):
+        life.up(SUM)
+    life.up(STATUS)
+    assert life.starts == 3
+
+
 def test_time_that_is_used_up_is_no_wait_of_no_seconds(monkeypatch):
     life = Fake({"node_at": 1e9})
     monkeypatch.setattr(life, "allow", lambda seconds: 0.05)

@@ -1,9 +1,11 @@
 """What is said of a program that offers the right name with another type."""
 
+from collections import Counter
 from types import SimpleNamespace
 
 import pytest
 
+from autograder.errors import TimedOut
 from autograder.suitekit import live, renaming
 from autograder.suitekit.live import LiveProgram, offer
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
@@ -79,3 +81,15 @@ def test_an_executor_that_calls_no_callback_is_named_where_there_is_no_answer(so
     program = Program()
     program.bench = SimpleNamespace(files={"lift.py": source})
     assert ("EventsExecutor" in program.why_silent()) == names
+
+
+def test_a_file_that_shows_no_node_in_one_world_is_waited_for_briefly_in_the_others():
+    bench = SimpleNamespace(nodeless=Counter())
+    one, same, other = LiveProgram(bench, "lift.py"), LiveProgram(bench, "lift.py"), LiveProgram(bench, "client.py")
+    before = one.tries
+    one.never_shows_a_node()
+    assert same.tries == before[1:] and other.tries == before and len(before) == 2
+    same.never_shows_a_node()
+    assert one.tries == () and other.tries == before
+    with pytest.raises(TimedOut, match="lift.py was started, but within 20 s no node appeared"):
+        LiveProgram(bench, "lift.py").up()

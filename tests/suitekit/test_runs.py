@@ -42,8 +42,8 @@ class Program:
         return self.stopped or self.output
 
 
-def run(*programs, patience=0.001):
-    """A run of these programs, one after the other."""
+def run(*programs, patience=0.001, late=None):
+    """A run of these programs, one after the other; `late` files had another run that was late."""
     plan = [*programs]
     started = []
 
@@ -51,7 +51,7 @@ def run(*programs, patience=0.001):
         started.append(plan.pop(0) if len(plan) > 1 else plan[0])
         return started[-1]
 
-    made = Run("client.py", start, Clock(60, patience))
+    made = Run("client.py", start, Clock(60, patience), late)
     made.all_starts = started
     return made
 
@@ -63,6 +63,17 @@ def test_a_command_line_is_drawn():
     assert {words[3] for words in lines} == {"add", "divide"}
     assert all(words[:1] + words[2:3] + words[4:] == ["client.py", "-3", "{}", "5", "{x}"] for words in lines)
     assert drawn(line, random.Random(7)) == drawn(line, random.Random(7))
+
+
+def test_a_client_that_was_late_in_another_run_is_not_run_a_second_time_for_being_late():
+    late = set()
+    for starts in (2, 1):
+        hanging = run(Program(ends=False), late=late)
+        with pytest.raises(TimedOut):
+            hanging.finish(DOING)
+        assert hanging.starts == starts
+    killed = run(Program(status=134), Program(), late=late)
+    assert (killed.finish(DOING).exit_status, killed.starts) == (1, 2)
 
 
 def test_a_client_that_gives_up_with_words_passes():
