@@ -165,6 +165,7 @@ class Lifecycle(ABC):
         """Return the times (s) that the program has to offer what is wanted, one for each of its starts, if any."""
         return START, START / 2
 
+    @abstractmethod
     def never_shows_a_node(self) -> None:
         """Note that the program has shown no node in all of its tries."""
 

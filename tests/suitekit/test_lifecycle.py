@@ -91,6 +91,7 @@ class Fake(Lifecycle):
     def __init__(self, *plans):
         super().__init__("sum.py")
         self.clock, self.plans, self.launched, self.limits = Clock(), [*plans], [], []
+        self.nodeless = 0
 
     def launch(self):
         plan = self.plans.pop(0) if len(self.plans) > 1 else self.plans[0]
@@ -102,6 +103,9 @@ class Fake(Lifecycle):
 
     def has_node(self):
         return self.program.has_node()
+
+    def never_shows_a_node(self):
+        self.nodeless += 1
 
     def other_services(self):
         return [f"{name} (a type)" for name in ("/other",) if self.program.offers(name)]
@@ -189,7 +193,7 @@ def test_what_never_shows_a_node_is_not_started_again_for_something_else():
     for wanted in (SUM, STATUS, SUM):
         with pytest.raises(TimedOut, match=rf"within 20 s no node appeared, and it never offered {wanted}:"):
             life.up(wanted)
-    assert (life.starts, life.clock.now) == (2, START + START / 2)
+    assert (life.starts, life.nodeless, life.clock.now) == (2, 1, START + START / 2)
 
 
 def test_what_has_shown_a_node_once_is_started_again_for_something_else():
