@@ -1,11 +1,16 @@
 """The robot view, from the kernel's side: what it is shown of a drive, its controls, the parameters that it follows."""
 
 import itertools
+import json
 import math
 import statistics
 
 import pytest
+from nav_msgs.msg import Odometry
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import LaserScan
 
+from course.lab.kernel.robot_listener import RobotListener
 from course.world import ROOMS
 from course.world.geometry import clearance
 from course.world.simulation import Robot
@@ -495,3 +500,25 @@ def test_the_pad_keeps_out_of_fast_mode_and_of_another_type(kernel, page):
         "ros.start(Stamped)"
     )
     shown_until(page, lambda known: "takes geometry_msgs/msg/TwistStamped" in known.get("idle", ""))
+
+
+@pytest.mark.parametrize("number", [1e308, -1e308, math.inf, -math.inf, math.nan])
+def test_numbers_without_measure_that_somebody_publishes_are_drawn_or_left_out(number):
+    """Any node in the domain can publish them; they must not take the view away."""
+    turned, moving, scan = Odometry(), Odometry(), LaserScan(angle_max=1.0, angle_increment=0.1, range_max=math.inf)
+    turned.pose.pose.position.x = turned.pose.pose.orientation.y = turned.pose.pose.orientation.z = number
+    moving.pose.pose.orientation.w = 1.0
+    moving.twist.twist.linear.x = moving.twist.twist.angular.z = number
+    scan.header.stamp.sec = 1
+    in_scans = max(-3e38, min(number, 3e38)) if math.isfinite(number) else number  # which have 32 bits
+    scan.ranges = [in_scans, 1.0]
+    for odometry in (turned, moving):
+        heard = object.__new__(RobotListener)
+        heard._last = {"/odom": serialize_message(odometry), "/scan": serialize_message(scan)}
+        heard._poses = [heard._last["/odom"]]
+        drawn = json.loads(json.dumps([heard.scan(), heard.robot()], allow_nan=False))
+        assert drawn[0]["ranges"][1] == 100
+    for wide in ("angle_min", "angle_increment", "range_min", "range_max"):
+        setattr(scan, wide, in_scans)
+        heard._last["/scan"] = serialize_message(scan)
+        json.dumps(heard.scan(), allow_nan=False)

@@ -55,6 +55,7 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/collision": (String, LATCHED),
     "/walls": (Marker, LATCHED),
 }
+FARTHEST = 1e6  # m, the most that a range is drawn as
 NOTHING, NO_MEASUREMENT = -1, -2  # instead of a range: no obstacle in reach, and not a measurement
 SILENT = 1.5  # s without a message, after which a state counts as unknown
 STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in the driver's log, as in the chapter
@@ -359,6 +360,8 @@ def _moved_on(pose: Any, odometry: bytes, seconds: float) -> list[float | None]:
     """Return the pose `seconds` after another one, at the velocity of the odometry."""
     read = decoded(odometry, Odometry)
     linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
+    if not math.isfinite(linear) or not math.isfinite(angular):
+        return _told(*pose)
     return _told(*advance(pose, linear, angular, seconds))
 
 
@@ -367,7 +370,7 @@ def _pose(odometry: bytes) -> list[float | None] | None:
         return None
     pose = read.pose.pose
     turn = pose.orientation
-    heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y**2 + turn.z**2))
+    heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
     return _told(pose.position.x, pose.position.y, heading)
 
 
@@ -387,7 +390,7 @@ def _centimetres(value: float, least: float, most: float) -> int:
         return NOTHING
     if value == -math.inf:
         return 0
-    return round(100.0 * value) if least <= value <= most else NO_MEASUREMENT  # never true for NaN
+    return round(100.0 * min(value, FARTHEST)) if least <= value <= most else NO_MEASUREMENT  # never true for NaN
 
 
 _listener: list[RobotListener] = []
