@@ -117,6 +117,7 @@ CHART = {  # JupyterLab would draw it, and follow its addresses, in a notebook t
     "$schema": "https://vega.github.io/schema/vega/v5.json",
     "data": [{"name": "a", "url": "https://evil.example/a.json"}],
 }
+BUTTON = f'<button data-commandlinker-command="runmenu:run-all" data-commandlinker-args="{{}}">{END}</button>'
 DYING = f"import rclpy\nrclpy.init()\nrclpy.create_node('dying')\nraise ValueError({EVIL!r})"
 # Ends with the kernel.
 NAMED = STRANGERS["markup, with endpoints"].replace(
@@ -191,11 +192,16 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         each.metadata = {"tags": ["raises-exception"]}
     drawn = {"application/vnd.vega.v5+json": CHART, "application/vnd.vegalite.v5+json": CHART, "text/plain": END}
     cells[0].outputs = [nbformat.v4.new_output("display_data", drawn)]
+    cells.append(nbformat.v4.new_markdown_cell(BUTTON))
+    cells[1].outputs = [nbformat.v4.new_output("display_data", {"text/html": BUTTON})]
     kernel = {"kernelspec": {"name": "python3", "display_name": "Python 3"}}
     nbformat.write(nbformat.v4.new_notebook(cells=cells, metadata=kernel), folder / "hostile.ipynb")
     with watched(page) as watch:
         open_page(page, lab, "hostile/hostile.ipynb")
         expect(cell(page, 0).locator(".jp-OutputArea-output")).to_have_text(END)
+        for button in (cell(page, 1).get_by_role("button", name=END), cell(page, 12).get_by_role("button", name=END)):
+            expect(button).to_be_attached()
+            assert not button.get_attribute("data-commandlinker-command")
         nodes = show_panel(page, "Nodes")
         expect(nodes).to_contain_text("Run the notebook’s first cell: ros = course.live()")
         choose(page, "Run", "Run All Cells")
