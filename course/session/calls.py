@@ -30,7 +30,7 @@ from course.session.offered import client_for_service, may_serve, none_will_offe
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.presence import Presence
-from course.session.source import ONE_AT_A_TIME, answering, blocked, swapped_callbacks, wrong_result
+from course.session.source import ONE_AT_A_TIME, answering, blocked, second_check, swapped_callbacks, wrong_result
 from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
@@ -132,6 +132,14 @@ class Calls:
                     f"{handle.name}: the callbacks are registered the wrong way round{lines}. The on-set callback is "
                     f"'{acts}', which returns nothing, and the post-set callback is '{checks}', which returns a "
                     f"SetParametersResult. Write `add_on_set_parameters_callback(self.{checks})` and "
+                    f"`add_post_set_parameters_callback(self.{acts})`."
+                )
+            elif service in handle.services and (second := second_check(handle.source)):
+                acts, line, checks = second
+                self.watch.notice(
+                    f"{handle.name}: '{acts}' is registered as an on-set callback"
+                    f"{f' in line {line}' if isinstance(handle, NodeProcess) else ''}, and returns nothing. '{checks}' "
+                    "checks what is set; what acts on it belongs into a post-set callback: write "
                     f"`add_post_set_parameters_callback(self.{acts})`."
                 )
             elif service in handle.services and (wrong := wrong_result(handle.source)):

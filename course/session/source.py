@@ -593,18 +593,33 @@ def swapped_callbacks(source: str) -> tuple[str, int, str, int] | None:
 
     Their names, and the lines that register them; None unless the text shows both.
     """
+    acts, _ = _acting_and_checking(source, "add_on_set_parameters_callback")
+    _, checks = _acting_and_checking(source, "add_post_set_parameters_callback")
+    return (*acts[0], *checks[0]) if acts and checks else None
+
+
+def second_check(source: str) -> tuple[str, int, str] | None:
+    """Return an on-set callback that returns nothing, its line, and another one that returns the result of a check.
+
+    None unless the text shows both, and no post-set callback: the first is meant as that.
+    """
+    acts, checks = _acting_and_checking(source, "add_on_set_parameters_callback")
+    if not acts or not checks or parameter_callbacks(parse(source), "add_post_set_parameters_callback"):
+        return None
+    return (*acts[0], checks[0][0])
+
+
+def _acting_and_checking(source: str, maker: str) -> tuple[list[tuple[str, int]], list[tuple[str, int]]]:
+    """Return the callbacks given to `maker` that return nothing, and those that return a result, with their lines."""
     tree = parse(source)
-    makers = ("add_on_set_parameters_callback", "add_post_set_parameters_callback")
-    given = [[(name_of(argument(call, *CALLBACKS[maker])), call.lineno) for call in calls(tree, maker)]
-             for maker in makers]  # fmt: skip
-    names = {name for each in given for name, _ in each}
+    given = [(name_of(argument(call, *CALLBACKS[maker])), call.lineno) for call in calls(tree, maker)]
     answers = {each.name: [node.value for node in inside(each) if isinstance(node, ast.Return) and node.value]
-               for each in named(tree, names)}  # fmt: skip
-    acts = [each for each in given[0] if answers.get(each[0]) == []]
-    checks = [each for each in given[1] if any(
+               for each in named(tree, {name for name, _ in given})}  # fmt: skip
+    acts = [each for each in given if answers.get(each[0]) == []]
+    checks = [each for each in given if any(
         isinstance(value, ast.Call) and name_of(value.func) == "SetParametersResult"
         for value in answers.get(each[0], ()))]  # fmt: skip
-    return (*acts[0], *checks[0]) if acts and checks else None
+    return acts, checks
 
 
 def parameter_callbacks(tree: ast.AST, *makers: str) -> set[str]:

@@ -31,6 +31,7 @@ ADD = "from example_interfaces.srv import AddTwoInts"
 FIBONACCI = "from example_interfaces.action import Fibonacci"
 TIMES = "TypeError: unsupported operand type(s) for -: 'Time' and 'Time'"
 VALUE = "TypeError: unsupported operand type(s) for *: 'ParameterValue' and 'float'"
+STRING = "AssertionError: The 'message' field must be of type 'str'"
 NOT_A_METHOD = "AttributeError: 'WallFollower' object has no attribute 'nearest'"
 DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested"
 
@@ -101,6 +102,9 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "Float64(data=self.get_parameter('kp').get_parameter_value().integer_value)",
             "takes a float",
         ),
+        (STRING, "def state(self):\n    return ''", "response.message = self.state", "Call it: `self.state()`."),
+        (STRING, "@property\ndef state(self):\n    return 1", "response.message = self.state", "takes a string"),
+        (STRING, "def state(self):\n    return ''", "response.message = self.status", "takes a string"),
         (TIMES, "", "", "Make it a time of rclpy first: `Time.from_msg(msg.header.stamp)`"),
         ("TypeError: '<' not supported between instances of 'Time' and 'Time'", "", "", "`Time.from_msg("),
         (

@@ -21,6 +21,7 @@ from course.session.source import (
     empty_executor,
     idle,
     never_begins,
+    second_check,
     swapped_callbacks,
     wrong_cancel,
     wrong_guard,
@@ -120,19 +121,42 @@ def test_callbacks_for_parameters_that_are_registered_the_wrong_way_round():
         assert swapped_callbacks(f"class A(Node):\n    def __init__(self):{SWAPPED.replace(old, new)}") is None
 
 
-def test_a_call_tells_of_callbacks_for_parameters_that_are_registered_the_wrong_way_round(session, tmp_path):
+def test_a_second_on_set_callback_that_acts_is_meant_as_a_post_set_callback():
+    registered, _, rest = SWAPPED.partition("\n\n")
+    twice = SWAPPED.replace("_post_", "_on_")
+    assert second_check(f"class A(Node):\n    def __init__(self):{twice}") == ("act", 3, "check")
+    one = registered.partition("\n        self.add_post")[0]
+    for text in (SWAPPED, f"{one}\n\n{rest}", twice.replace("self.speed = ", "return ")):
+        assert second_check(f"class A(Node):\n    def __init__(self):{text}") is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "begins", "ends"),
+    [
+        (
+            "_post_",
+            "careful.py: the callbacks are registered the wrong way round (lines 11 and 12). The on-set ",
+            " and `add_post_set_parameters_callback(self.act)`.",
+        ),
+        (
+            "_on_",
+            "careful.py: 'act' is registered as an on-set callback in line 11, and returns nothing. 'check' checks ",
+            " post-set callback: write `add_post_set_parameters_callback(self.act)`.",
+        ),
+    ],
+)
+def test_a_call_tells_of_callbacks_for_parameters_that_are_registered_the_wrong_way_round(
+    session, tmp_path, changed, begins, ends
+):
     file = tmp_path / "careful.py"
     before, _, _ = NODE.format(body="").partition("        self.add_on_set")
     main = NODE.format(body="").partition("\nrclpy.init()")[2]
-    file.write_text(f"{before}{SWAPPED}\n\nrclpy.init(){main}")
+    file.write_text(f"{before}{SWAPPED.replace('_post_', changed)}\n\nrclpy.init(){main}")
     session.start(file)
     new = [Parameter("speed", value=2.0).to_parameter_msg()]
     session.call("/careful/set_parameters_atomically", SetParametersAtomically, parameters=new)
     (told,) = session.watch.notices()
-    assert told.startswith(
-        "careful.py: the callbacks are registered the wrong way round (lines 11 and 12). The on-set "
-    )
-    assert told.endswith(" and `add_post_set_parameters_callback(self.act)`.")
+    assert told.startswith(begins) and told.endswith(ends)
 
 
 def test_who_asks_for_the_parameters_of_a_node_of_another_name_reads_which_nodes_there_are(session, tmp_path):
