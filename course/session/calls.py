@@ -134,8 +134,8 @@ class Calls:
                     f"SetParametersResult. Write `add_on_set_parameters_callback(self.{checks})` and "
                     f"`add_post_set_parameters_callback(self.{acts})`."
                 )
-            elif service in handle.services and (second := second_check(handle.source)):
-                acts, line, checks = second
+            elif service in handle.services and (twice := second_check(handle.source)):
+                acts, line, checks = twice
                 self.watch.notice(
                     f"{handle.name}: '{acts}' is registered as an on-set callback"
                     f"{f' in line {line}' if isinstance(handle, NodeProcess) else ''}, and returns nothing. '{checks}' "
