@@ -170,7 +170,7 @@ class Agent:
             program.name = AGENT
             return program
 
-        return Run(AGENT, start, self._bench.clock)
+        return Run(AGENT, start, self._bench.clock, self._bench.late)
 
     def _answers(self, run: Run, number: int, ros: bool = True) -> list[Command]:
         """What the program has said, when it has ended: so many decisions."""
