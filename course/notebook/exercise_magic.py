@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import linecache
 import os
 import re
 import shlex
@@ -164,6 +165,8 @@ def _forget_imports(path: Path) -> None:
 
 
 def _check_syntax(path: Path, cell: str) -> None:
+    # A warning would quote the line from the file, which still has the old text.
+    linecache.cache[path.name] = (len(cell), None, cell.splitlines(keepends=True), path.name)
     try:
         compile(cell, path.name, "exec")
     except SyntaxError as error:
@@ -176,6 +179,8 @@ def _check_syntax(path: Path, cell: str) -> None:
             f"{path.name}, line {number}: {error.msg}: {quoted}{meant}\n"
             f"Nothing was written: {path.name} is unchanged, and a program that was already running goes on."
         ) from None
+    finally:
+        linecache.cache.pop(path.name, None)
 
 
 def _interface(path: Path, cell: str, package: str) -> None:

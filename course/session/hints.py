@@ -447,6 +447,9 @@ def _class_for_node(found: re.Match[str], source: str) -> str:
     return ""
 
 
+PLAIN = ("bool", "int", "float", "str", "list", "array", "dict", "tuple")
+
+
 def _called_here(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on what a line calls, if it calls anything but Python's own functions."""
     names = [name for name in dict.fromkeys(map(ast.unparse, called(code))) if not hasattr(builtins, name)]
@@ -456,6 +459,8 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     properties = {each.name for each in functions(parse(source)) if "property" in map(name_of, each.decorator_list)}
     if len(names) == 1 and (name := names[0].rpartition(".")[2]) in properties:
         return f"`{name}` is a property: leave out the brackets, `{names[0]}`."
+    if len(names) == 1 and names[0].count(".") == 1 and found[1] in PLAIN:  # a field, or an attribute of the node
+        return f"`{names[0]}` is {kind} here, not a function: leave out the brackets after it."
     if len(names) == 1:
         return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."
     return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
@@ -748,6 +753,9 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
         return silent
     for name in held:
         if re.search(rf"self\.{name} = None\b", source):
+            stored = [node for node in ast.walk(parse(source)) if getattr(node, "attr", "") == name]
+            if sum(isinstance(node.ctx, ast.Store) for node in stored) == 1 and "setattr" not in source:  # type: ignore[attr-defined]
+                return f"`self.{name}` is None, and nothing in this text sets it to anything else."
             return (
                 f"`self.{name}` is None until a callback has set it: check `if self.{name} is None` before you use it."
             )

@@ -407,7 +407,11 @@ def misspelt_init(source: str, cls: str = "") -> str:
     for node in ast.walk(parse(source)):
         if isinstance(node, ast.ClassDef) and cls in ("", node.name):
             names = [method.name for method in functions(node)]
-            wrong = [name for name in names if name in ("_init_", "__init", "init__", "_init__", "__init_", "__int__")]
+            wrong = [
+                name
+                for name in names
+                if name in ("_init_", "__init", "init__", "_init__", "__init_", "__int__", "init")
+            ]
             if wrong and "__init__" not in names:
                 return wrong[0]
     return ""

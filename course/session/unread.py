@@ -60,7 +60,9 @@ def _answers(tree: ast.AST, read: Collection[str] | None) -> Iterator[tuple[ast.
 def _without_self(cls: ast.ClassDef, told: Collection[ast.Assign]) -> Iterator[tuple[int, str]]:
     """Yield variables of a method that nothing reads, and that are called like an attribute which its class reads."""
     attributes = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute) and _is_of_self(node)]
-    read = {node.attr for node in attributes if isinstance(node.ctx, ast.Load)}
+    read = {node.attr for node in attributes if isinstance(node.ctx, ast.Load)} - {
+        each.name for each in functions_of(cls)
+    }
     for function in functions_of(cls):
         kept = {node.attr for node in ast.walk(function) if node in attributes and isinstance(node.ctx, ast.Store)}
         for body in _bodies(function):

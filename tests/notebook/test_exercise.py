@@ -42,6 +42,12 @@ def test_an_interface_is_written_built_and_importable(kernel):
     assert kernel.run("from my_package.srv import Ask\nprint(Ask.Request())") == "my_package.srv.Ask_Request(a=0)"
 
 
+def test_a_warning_quotes_the_line_of_the_cell_and_not_of_the_file_before(kernel):
+    cell = "%%exercise warned.py --no-start\nanswer = 42\nif answer == 42:\n    pass\n"
+    assert "Warning" not in kernel.run(cell)
+    assert "warned.py:2: SyntaxWarning" in (told := kernel.run(cell.replace("==", "is"))) and "if answer is 42:" in told
+
+
 @pytest.mark.parametrize(
     ("cell", "told"),
     [

@@ -31,6 +31,9 @@ ADD = "from example_interfaces.srv import AddTwoInts"
 FIBONACCI = "from example_interfaces.action import Fibonacci"
 TIMES = "TypeError: unsupported operand type(s) for -: 'Time' and 'Time'"
 VALUE = "TypeError: unsupported operand type(s) for *: 'ParameterValue' and 'float'"
+NOTHING = "TypeError: 'NoneType' object is not subscriptable"
+FIRST = "class A(Node):\n    def __init__(self):\n        self.far = None"
+UNNAMED = "TypeError: Node.__init__() missing 1 required positional argument: 'node_name'"
 STRING = "AssertionError: The 'message' field must be of type 'str'"
 NOT_A_METHOD = "AttributeError: 'WallFollower' object has no attribute 'nearest'"
 DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested"
@@ -103,6 +106,34 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "takes a float",
         ),
         (STRING, "def state(self):\n    return ''", "response.message = self.state", "Call it: `self.state()`."),
+        (
+            NOTHING,
+            f"{FIRST}\n    def hear(self, msg):\n        self.far = msg",
+            "self.far['front']",
+            "until a callback",
+        ),
+        (
+            NOTHING,
+            f"{FIRST}\n    def hear(self, msg):\n        far = msg",
+            "self.far['front']",
+            "nothing in this text sets",
+        ),
+        (
+            NOTHING,
+            f"{FIRST}\n    def hear(self, msg):\n        setattr(self, 'far', 1)",
+            "self.far['front']",
+            "until a",
+        ),
+        ("TypeError: 'bool' object is not callable", "", "if request.data():", "leave out the brackets after it."),
+        ("TypeError: 'NoneType' object is not callable", "", "a = self.client()", "check where it gets its value"),
+        ("TypeError: 'list' object is not callable", "", "return max(ranges())", "check where it gets its value"),
+        (UNNAMED, "class A(Node):\n    def init(self):\n        super().__init__('a')", "", "you have `init`."),
+        (
+            UNNAMED,
+            "class A(Node):\n    def init(self):\n        pass\n    def __init__(self):\n        super()",
+            "",
+            "Give",
+        ),
         (STRING, "@property\ndef state(self):\n    return 1", "response.message = self.state", "takes a string"),
         (STRING, "def state(self):\n    return ''", "response.message = self.status", "takes a string"),
         (TIMES, "", "", "Make it a time of rclpy first: `Time.from_msg(msg.header.stamp)`"),

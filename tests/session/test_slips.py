@@ -169,6 +169,7 @@ def test_a_value_for_a_response_is_told_also_where_its_type_is_not_known():
         ("stopped = True; self.free = stopped", ""),
         ("self.stopped = True", ""),
         ("self.stops = True", ""),
+        ("power = self.create_service(SetBool, '/power', self.power)", ""),  # a method, which is not to be overwritten
         ("self.stoped = True; self.free = self.stoped", ""),
     ],
 )

@@ -394,7 +394,11 @@ function Row(props: {
 }
 
 function told(value: number | null | undefined): string {
-  return value === undefined ? '–' : value === null ? 'no number' : String(Number(value.toPrecision(5)));
+  if (value === undefined || value === null) {
+    return value === null ? 'no number' : '–';
+  }
+  const large = Math.abs(value) >= 1e4 && Math.abs(value) < 1e15; // whose digits before the point all count
+  return String(Number(large ? value.toFixed(1) : value.toPrecision(5)));
 }
 
 /** Call something repeatedly while the component is mounted. */

@@ -40,7 +40,7 @@ export function heard(before: Clock | null, told: { id: string; now: number; rat
 
 /** Return the name of the time axis. */
 export function timeName(simulated: boolean): string {
-  return simulated ? 'simulation time (s)' : 'wall clock (s)';
+  return simulated ? 'time (s), of a world while it runs' : 'wall clock (s)';
 }
 
 const MOST = 20000; // values of a series
@@ -119,6 +119,8 @@ export function valueAt(series: Series, time: number): number | null | undefined
   return value === GAP ? undefined : value;
 }
 
+const ALIKE = 1e-6; // values that differ by no more than this part of them are drawn as equal
+
 /** Return the lowest and the highest value in a frame, with a margin. */
 function range(all: Series[], { from, until }: Frame): [number, number] {
   let [least, most] = [Infinity, -Infinity];
@@ -133,7 +135,8 @@ function range(all: Series[], { from, until }: Frame): [number, number] {
   if (least > most) {
     return [0, 1];
   }
-  const room = least === most ? Math.max(Math.abs(least) * 0.1, 0.1) : 0.08 * (most - least);
+  const flat = most - least <= ALIKE * Math.max(Math.abs(least), Math.abs(most)); // by rounding errors at most
+  const room = flat ? Math.max(Math.abs(least) * 0.1, 0.1) : 0.08 * (most - least);
   return [least - room, most + room];
 }
 

@@ -137,7 +137,22 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   const drivers = [...(state.nodes?.drives ?? []), ...state.silent];
   const paused = world !== null && valueOf(world, 'paused') === true;
   const speed = world === null ? 1 : Number(valueOf(world, 'speed'));
-  const set = (values: object, done: string) => ask('robot.set', { node: world!.name, values }, done);
+  const claim = React.useRef<{ values: object; done: string; held: boolean } | null>(null);
+  React.useEffect(() => {
+    // What was set is not said of another world, nor once it is set otherwise.
+    const holds = world !== null && Object.entries(claim.current?.values ?? {}).every(([name, value]) => same(valueOf(world, name), value));
+    if (claim.current && !holds && claim.current.held) {
+      const { done } = claim.current;
+      setSaid(before => (before === done ? '' : before));
+      claim.current = null;
+    } else if (claim.current) {
+      claim.current.held = holds;
+    }
+  }, [knobs]);
+  const set = (values: object, done: string) => {
+    claim.current = { values, done, held: false };
+    return ask('robot.set', { node: world!.name, values }, done);
+  };
   const pause = () => void (world && set({ paused: !paused }, paused ? 'The world goes on.' : 'Paused.'));
   const reset = () => void ask('robot.reset', {}, 'The robot is back at its start, and the obstacles are gone.');
   const drop = (x: number, y: number) => {
@@ -364,6 +379,11 @@ function Controls({
       </label>
     </div>
   );
+}
+
+/** Return true if a parameter has the value to which it was set; numbers may be rounded. */
+function same(value: unknown, wanted: unknown): boolean {
+  return typeof value === 'number' && typeof wanted === 'number' ? Math.abs(value - wanted) < 1e-3 : value === wanted;
 }
 
 /** The numbers of the view as text. */

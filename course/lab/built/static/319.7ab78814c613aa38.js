@@ -1268,6 +1268,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-said {
+  flex: none; /* a second line takes a line of its own */
   min-height: 1.4em;
 }
 
