@@ -190,7 +190,7 @@ class Early(NamedTuple):
     """What a node that was started with `given` values has answered from its start on, before and after its first set.
 
     It gets a HUGE error `first`, and then STILL again and again: `begun` to `filled` before kp and kd are set to 0 and
-    the limits to WIDE ones, and twice after that.
+    the limits to WIDE ones, and twice after that.  Before these sets comes one of output_min alone, `one_limit`.
     """
 
     node: PidNode
@@ -201,11 +201,17 @@ class Early(NamedTuple):
     filled: Answer
     answer: Answer
     last: Answer
+    one_limit: SetParametersResult
 
     @property
     def lives(self) -> bool:
         """Whether the node still runs that has answered so."""
         return self.node.starts == self.starts and self.node.state is State.SERVING
+
+
+def between_limits(given: Mapping[str, Any]) -> float:
+    """Return an output_min that is in order with the output_max that a node was started with."""
+    return (given["output_min"] + given["output_max"]) / 2
 
 
 def begin_with_gains(node: PidNode) -> tuple[float, float] | None:
@@ -235,13 +241,14 @@ def meet_early(node: PidNode) -> Early | None:
     with contextlib.suppress(Fault):
         node.start_fresh()
         starts, given = node.starts, node.get()
-        if given.keys() != DEFAULTS.keys():
+        if given.keys() != DEFAULTS.keys() or not all(isinstance(given[name], float) for name in WIDE):
             return None
         first, begun = node.send(HUGE), node.send(STILL)
         time.sleep(FILLING)
         filled = node.send(STILL)
+        one_limit = node.parameters.set({"output_min": between_limits(given)})[0]
         node.store({"kp": 0.0, "kd": 0.0} | WIDE)
-        early = Early(node, starts, given, first, begun, filled, node.send(STILL), node.send(STILL))
+        early = Early(node, starts, given, first, begun, filled, node.send(STILL), node.send(STILL), one_limit)
         if early.lives:
             return early
     node.end()  # the next test finds the values of its start

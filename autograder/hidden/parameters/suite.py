@@ -29,6 +29,7 @@ from autograder.hidden.parameters.conversation import (
     apart,
     begin_with_gains,
     between,
+    between_limits,
     changes,
     expect_reason,
     meet_early,
@@ -74,7 +75,10 @@ def test_defaults(pid: PidNode, by_start: Mapping[str, Any]) -> None:
             declared = ", ".join(by_start) or "none of the six"
             raise Wrong(f"The node must declare the parameter {name}. It has declared: {declared}.", by_start)
         if by_start[name] != value or type(by_start[name]) is not type(value):
-            raise Wrong(f"The default of the parameter {name} must be {value!r}; it is {by_start[name]!r}.", by_start)
+            got = repr(by_start[name])
+            if type(by_start[name]) is not type(value):
+                got += f" ({named(by_start[name])})"
+            raise Wrong(f"The default of the parameter {name} must be {value!r}; it is {got}.", by_start)
     for other in (3, "three"):
         for name in (name for name, value in DEFAULTS.items() if isinstance(value, float)):
             result, now = pid.parameters.set({name: other})[0], pid.get()
@@ -160,6 +164,14 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
     errors += [errors[-1], 2.0**-8, 0.0, 0.0]  # an effort that does not change is published too
     for error in errors:
         pid.expect_effort(error, kp * error, "With kp alone, the effort must be kp × error")
+    small = pid.ask(LEAST)
+    errors.append(LEAST)
+    if abs(small.effort - kp * LEAST) > SLIGHT * kp * LEAST / 100:
+        raise Wrong(
+            f"With kp alone, the effort must be kp × error, not rounded: with an error of {LEAST:.5g}, "
+            f"{kp * LEAST:.5g} was right, and it was {small.effort:.5g}.",
+            f"kp {kp}: {small}",
+        )
     pid.parameters.set_together({"output_min": -0.5, "output_max": 0.5})
     pid.parameters.set({"kp": kp + 0.5})  # an effort comes for an error, not for a set
     errors += [1.0, 1.0]
@@ -172,6 +184,9 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
             f"{len(errors)} errors, and {len(pid.efforts.heard) - before} efforts.",
             f"{len(errors)} errors, {len(pid.efforts.heard) - before} efforts",
         )
+    pid.arrange()
+    pid.send(error)
+    pid.expect_effort(error, 0.0, "With kp, ki and kd all set to 0, the effort must be 0")
 
 
 @points(3, cell="pid-node")
@@ -211,7 +226,9 @@ def test_new_gain(pid: PidNode, rng: random.Random) -> None:
     time.sleep(SHORT)
     pid.parameters.set({"kd": 0.5})
     efforts = [pid.send(error).effort for error in (STILL, -STILL)]
-    if efforts[0] == 0 and efforts[1] != 0:
+    pid.parameters.set({"kd": 1.0})
+    efforts.append(pid.send(STILL).effort)  # 0 once more when a new kd starts the slope again: another test judges it
+    if efforts[0] == 0 and efforts[1] != 0 and efforts[2] != 0:
         raise Wrong(
             "After kd was set, the very next effort must use the new kd: with kd alone, an error that had changed was "
             f"answered with 0, and only the next one with another effort, {efforts[1]:.3g}.",
@@ -252,11 +269,68 @@ def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
         for error, limit in ((8.0, 1.0), (-8.0, -1.0)):
             time.sleep(SHORT)
             pid.expect_effort(error, limit, "The whole effort must be clamped, with its derivative part")
+        expect_clamped_sum(pid, rng.choice([-1, 1]))
+    expect_clamped_integral(pid, rng.choice([-1, 1]))
     if early and early.first.effort > early.given["output_max"] + ROUNDING:
         raise Wrong(
             "The first effort, too, must be clamped: an effort above output_max must become output_max, "
             f"{early.given['output_max']:.3g}, and it was {early.first.effort:.3g}.",
             early,
+        )
+
+
+def expect_clamped_integral(pid: PidNode, sign: int) -> None:
+    """The integral part is clamped with the rest, and not by itself; what is asked is measured in the same node."""
+    kp, ki = 100.0, 50.0
+    begin_integral(pid, sign * 1.0, ki=ki, kp=kp)
+    time.sleep(SHORT)
+    pid.send(sign * 1.0)
+    full = pid.send(sign * ALMOST_NOTHING).effort  # the integral part alone
+    limit = sign * full / 2
+    if not ROUNDING < limit < WIDE["output_max"] / 2:
+        return  # other tests judge the integral
+    if not pid.parameters.set_together({"output_min": -limit, "output_max": limit}).successful:
+        return
+    alone = pid.send(sign * ALMOST_NOTHING)
+    if abs(alone.effort) > limit + ROUNDING:
+        right, got = apart(sign * limit, alone.effort)
+        raise Wrong(
+            f"The whole effort must be clamped, with its integral part: {right} was right, and it was {got}.",
+            f"{full} before the limits {limit}: {alone}",
+        )
+    error = -full / kp  # with the integral part, this makes an effort near 0
+    answer = pid.send(error)
+    most = ki * abs(error) * (answer.came - alone.sent)  # the size of the right effort
+    pid.parameters.set_together(WIDE)
+    again = pid.send(sign * ALMOST_NOTHING).effort  # near `full`, or else the integral was not kept
+    if (
+        near(abs(alone.effort), limit)
+        and abs(answer.effort) > limit / 2
+        and near(again, full, limit)
+        and most < limit / 4
+    ):
+        raise Wrong(
+            "The sum of all parts must be clamped, and not one part by itself: the integral part was "
+            f"{full:.3g}, the proportional part {-full:.3g}, and the limits {-limit:.3g} and {limit:.3g}. An effort "
+            f"near 0 was right, and it was {answer.effort:.3g}.",
+            f"{alone} then {answer}, and {again} in the end",
+        )
+
+
+def expect_clamped_sum(pid: PidNode, sign: int) -> None:
+    """The derivative part is not clamped by itself: it is larger than the others, however long the step."""
+    kp, kd, before, error = 4.0, 10.0, 1000.0, 1.0
+    pid.arrange(kp=kp, kd=kd, output_min=-1.0, output_max=1.0)
+    last = pid.send(sign * before)
+    time.sleep(SHORT)
+    answer = pid.send(sign * error)
+    if kd * (before - error) / (answer.came - last.sent) > 3 * kp * error and near(answer.effort, sign * 1.0):
+        part = by_slope(kd, sign * (error - before), last, answer)
+        raise Wrong(
+            "The sum of all parts must be clamped, and not one part by itself: the proportional part was "
+            f"{sign * kp * error:.3g}, the derivative part {told(part)}, and the limits -1 and 1. An effort of "
+            f"{-sign * 1.0:.3g} was right, and it was {answer.effort:.3g}.",
+            f"{last} then {answer}",
         )
 
 
@@ -456,8 +530,8 @@ def test_derivative(pid: PidNode, early: Early | None, rng: random.Random) -> No
         last, before = answer, error
     expect_large_slope(pid, kd)
     if not pid.gains_by_launch:
-        for gain in ("ki", "kp"):
-            expect_slope_after(pid, gain, kd)
+        for gain, value in (("ki", TINY), ("kp", TINY), ("kd", 2 * kd)):
+            expect_slope_after(pid, gain, value, kd)
         if early and begun:
             expect_slow_slope(early, begun)
 
@@ -517,21 +591,22 @@ def expect_large_slope(pid: PidNode, kd: float) -> None:
         )
 
 
-def expect_slope_after(pid: PidNode, gain: str, kd: float) -> None:
+def expect_slope_after(pid: PidNode, gain: str, value: float, kd: float) -> None:
     """A new gain starts no slope again: the error and the time of the message before stay as they are."""
     before, error = 0.25, 0.125
     pid.arrange(kd=kd)
     last = pid.send(before)
-    pid.parameters.set({gain: TINY})
+    pid.parameters.set({gain: value})
     time.sleep(0.06)
     answer = pid.send(error)
+    kd = value if gain == "kd" else kd
     right, from_zero = (by_slope(kd, change, last, answer) for change in (error - before, error))
     begun = between(answer.effort, from_zero) or abs(answer.effort) < min(map(abs, right)) / LENIENT
     if begun and not between(answer.effort, right):
         raise Wrong(
             f"After {gain} was set, the slope must still be the change of the error since the message before, / the "
-            f"seconds between the two: with kd, and hardly any {gain}, {told(right)} was right, and it was "
-            f"{answer.effort:.3g}.",
+            f"seconds between the two: with kd{' alone' if gain == 'kd' else f', and hardly any {gain}'}, "
+            f"{told(right)} was right, and it was {answer.effort:.3g}.",
             f"{last} then {answer}",
         )
 
@@ -557,7 +632,7 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
             raise Wrong(f"A new ki in its range must be accepted: it was {refusal(result)}.", f"{new}: {result}")
         shortest, longest = steps(last, answer)
         share = new["ki"] / ki
-        expect_new_start("", last, answer, (share * slowest * shortest / LENIENT, share * fastest * longest))
+        expect_new_start(pid, "", last, answer, (share * slowest * shortest / LENIENT, share * fastest * longest))
     rates = share * slowest / LENIENT, share * fastest
     for sign in (1, -1):  # an integral below 0 starts again, too
         full = send_often(pid, sign * error)
@@ -571,7 +646,7 @@ def test_ki_starts_the_integral_again(pid: PidNode, rng: random.Random) -> None:
         answer = pid.send(sign * error)
         longest = answer.came - full.sent  # a node may take no time while ki is 0: another test judges it
         expected = sign * rates[0] * steps(last, answer)[0], sign * rates[1] * longest
-        expect_new_start(" to 0 and back,", full, answer, expected)
+        expect_new_start(pid, " to 0 and back,", full, answer, expected)
 
 
 def expect_new_rate(pid: PidNode, error: float, ki: float) -> None:
@@ -587,9 +662,16 @@ def expect_new_rate(pid: PidNode, error: float, ki: float) -> None:
         )
 
 
-def expect_new_start(about: str, last: Answer, answer: Answer, expected: Sequence[float]) -> None:
+def has_effort_without_gains(pid: PidNode) -> bool:
+    """Whether an error is answered with an effort when all gains are 0, which other tests judge."""
+    pid.parameters.set({"ki": 0.0})
+    pid.send(STILL)
+    return abs(pid.send(STILL).effort) > ROUNDING
+
+
+def expect_new_start(pid: PidNode, about: str, last: Answer, answer: Answer, expected: Sequence[float]) -> None:
     """The effort after a new ki must lie between these; `about` tells the student how ki was set."""
-    if answer.effort == 0 or not between(answer.effort, expected):
+    if (answer.effort == 0 or not between(answer.effort, expected)) and not has_effort_without_gains(pid):
         raise Wrong(
             f"After ki was set to another value,{about} the integral must start again from zero: with ki alone, the "
             f"next effort must be ki × error × step. The last effort before was {last.effort:.3g}, and the next one "
@@ -884,7 +966,7 @@ def ordered_limits(pid: PidNode, rng: random.Random) -> tuple[float, float]:
 
 @points(0.25, cell="pid-node")
 @twice
-def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
+def test_one_limit(pid: PidNode, controls: None, early: Early | None, rng: random.Random) -> None:
     """One limit, set alone, is accepted when it is in order with the stored value of the other."""
     low, high = -rng.randrange(80, 100) / 4, rng.randrange(80, 100) / 4
     pid.arrange(kp=1.0, output_min=low, output_max=high)
@@ -898,6 +980,14 @@ def test_one_limit(pid: PidNode, controls: None, rng: random.Random) -> None:
     if accepts_one(pid, {"kp": 1.5}):  # or else other tests judge it
         pid.expect_set("An output_max above the stored output_min, set together with kp,", output_max=high, kp=2.0)
         pid.expect_set("An output_min below the stored output_max, set together with kp,", kp=1.0, output_min=low + 1.5)
+    if early and not early.one_limit.successful:
+        given, value = early.given, between_limits(early.given)
+        raise Wrong(
+            f"In a node that was started with an output_min of {given['output_min']:g} and an output_max of "
+            f"{given['output_max']:g}, an output_min of {value:g}, set alone, must be accepted: it is below the stored "
+            f"output_max. It was {refusal(early.one_limit)}.",
+            early,
+        )
 
 
 def expect_accepting(pid: PidNode, **values: float) -> None:
@@ -1085,12 +1175,13 @@ def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, contr
 
     first, _ = node.send(STILL), node.send(STILL)
     if pid.gains_by_launch:
-        expect(near(first.effort, kp * STILL), "kp", first)
+        expect(near(first.effort, kp * STILL, DECIMALS), "kp", first)
     time.sleep(0.05)
     later = node.send(STILL)
     clamped = not given.get("output_min", -math.inf) < first.effort < given.get("output_max", math.inf)
     if works["ki"] and ki and not clamped:
         expect(later.effort != first.effort, "ki", (first, later))
+    time.sleep(SHORT)
     turned = node.send(-STILL)
     longest = turned.came - later.sent
     integral, slope = ki * STILL * longest, kd * 2 * STILL / longest
@@ -1101,7 +1192,7 @@ def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, contr
         node.send(STILL)  # a node may use a new gain one message late, which another test judges
         got, again = node.send(STILL), node.send(STILL)  # no slope, though it may still have another kd
         if got.effort == again.effort:  # or else it still has another ki, which other tests judge
-            expect(near(got.effort, kp * STILL), "kp", got)
+            expect(near(got.effort, kp * STILL, DECIMALS), "kp", got)
     for name, error in (("output_max", HUGE), ("output_min", -HUGE)):
         if works[name] and name in given:
             expect(near(limited := node.send(error).effort, given[name]), name, limited)
@@ -1112,7 +1203,7 @@ def working_parts(pid: PidNode) -> dict[str, bool]:
     pid.arrange(ki=2.0)
     pid.send(STILL)
     time.sleep(0.02)
-    found = {"ki": pid.send(STILL).effort != pid.send(STILL).effort, "kd": has_slope(pid, STILL, kd=0.5)}
+    found = {"ki": pid.send(STILL).effort != pid.send(STILL).effort, "kd": has_slope(pid, STILL, kd=0.5, ki=LEAST)}
     pid.arrange(kp=10.0, output_min=-2.0, output_max=1.0)
     for name, error, limit in (("output_max", 1.0, 1.0), ("output_min", -1.0, -2.0)):
         pid.send(STILL)
@@ -1134,6 +1225,7 @@ def test_nothing_else_starts_it_again(pid: PidNode, early: Early | None, control
     pid.parameters.set({"ki": ki})
     expect_no_less(pid, error, last, same)
     pid.parameters.set_together({"kd": 0.5, "ki": ki})
+    pid.send(error)  # how the slope goes on is judged by another test: it is 0 when the same error comes again
     expect_no_less(pid, error, last, same)
     pid.parameters.set({"kd": 0.0})
     pid.send(error)  # a node may use a new gain one message late

@@ -837,6 +837,58 @@ WRONG = {
         ),
         {"clamped"},
     ),
+    "the integral part is added to the clamped effort": (
+        node(
+            ("self.value('kp') * error + self.value('ki') * self.integral\n", "self.value('kp') * error\n"),
+            (CLAMP + "\n", CLAMP + " + self.value('ki') * self.integral\n"),
+        ),
+        {"clamped"},
+    ),
+    "the integral part is clamped by itself": (
+        node(
+            ("self.value('ki') * self.integral\n", CLAMP.replace("effort", "self.value('ki') * self.integral") + "\n")
+        ),
+        {"clamped"},
+    ),
+    "the derivative part is clamped by itself": (
+        node(("self.value('kd') * slope", CLAMP.replace("effort", "self.value('kd') * slope"))),
+        {"clamped"},
+    ),
+    "the proportional part is clamped by itself": (
+        node(("self.value('kp') * error", CLAMP.replace("effort", "self.value('kp') * error"))),
+        {"clamped"},
+    ),
+    "the rule begins with the limits of the defaults": (
+        node(
+            (READY, "        self.limits = {'output_min': -10.0, 'output_max': 10.0}\n" + READY),
+            (
+                "limits = {name: self.value(name) for name in ('output_min', 'output_max')}",
+                "limits = dict(self.limits)",
+            ),
+            (
+                "            self.get_logger().info(f'{param",
+                "            if param.name in self.limits:\n"
+                "                self.limits[param.name] = param.value\n"
+                "            self.get_logger().info(f'{param",
+            ),
+        ),
+        {"one_limit"},
+    ),
+    "efforts rounded to nine decimals": (
+        node(("Float64(data=effort)", "Float64(data=round(effort, 9))")),
+        {"proportional"},
+    ),
+    "a kp of 0 counts as none": (
+        node(("(self.value('kp') * error", "((self.value('kp') or 1.0) * error")),
+        {"proportional", "integral", "derivative"},
+    ),
+    "a new kd forgets the error before": (
+        node(
+            (RESET, "            if param.name == 'kd':\n                self.last_error = None\n" + RESET),
+            ("if step > 0.0 else", "if step > 0.0 and self.last_error is not None else"),
+        ),
+        {"derivative"},
+    ),
     "the integral waits at the upper limit alone": (
         node(
             (
@@ -1812,6 +1864,7 @@ ABOUT = {
     "a new ki counts one message late",
 }
 DETAIL = {
+    "efforts rounded to nine decimals",
     "efforts rounded to two decimals",
     "efforts cut off after two decimals",
     "another default",
