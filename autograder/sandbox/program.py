@@ -51,6 +51,12 @@ class Program:
         return how.exit_status if how else None
 
     @property
+    def signal(self) -> str:
+        """Return the name of the signal that ended it for certain, such as SIGSEGV; else ''."""
+        how = self._look(0.0)
+        return signal.Signals(how.signal).name if how and how.signal else ""
+
+    @property
     def output(self) -> str:
         """Return its output, stdout and stderr in order; the middle of a long output is left out."""
         with self._lock:
@@ -111,9 +117,7 @@ class Program:
         if errors and self.raised:
             where = f" ({self.name}, line {lines[-1]})" if lines else ""
             return without_hidden(without_paths(errors[-1]), self.hidden)[:300] + where
-        names = {known.value + 128: known.name for known in signal.Signals}
-        status = self.exit_status
-        return f"signal {names[status]}" if status in names else f"exit status {status}"
+        return f"signal {self.signal}" if self.signal else f"exit status {self.exit_status}"
 
     def _look(self, timeout: float | None) -> End | None:
         """Return how it ended; None when it is still running after `timeout` s."""

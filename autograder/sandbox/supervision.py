@@ -37,6 +37,7 @@ class End:
     exit_status: int  # as a shell shows it: 128 + signal
     stopped: str = ""  # why the grader ended it, in words for the student
     begun: bool = True  # whether bubblewrap could start it
+    signal: int = 0  # that ended it for certain: a program may also return 128 and more by itself
 
     def to_bytes(self) -> bytes:
         """Return the bytes for the pipe."""
@@ -127,7 +128,7 @@ class Process:
         if self._status is not None:
             os.close(self._status)
         with contextlib.suppress(BrokenPipeError):  # nobody is waiting for it any more
-            os.write(end, End(code if code >= 0 else 128 - code, self._why, begun).to_bytes())
+            os.write(end, End(code if code >= 0 else 128 - code, self._why, begun, max(0, -code)).to_bytes())
         os.close(end)
 
     def _run(self) -> tuple[int, bool]:

@@ -22,6 +22,7 @@ from autograder.suitekit.runs import (
     expect_status,
     expect_usage,
     expect_words,
+    plain_lines,
 )
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, Rate, speaker
 
@@ -60,6 +61,7 @@ __all__ = [
     "offer",
     "offered_actions",
     "on_wrong",
+    "plain_lines",
     "points",
     "serve",
     "sought_actions",

@@ -2,7 +2,6 @@
 
 import random
 import re
-import signal
 import time
 from collections.abc import Callable, Iterable, Sequence
 
@@ -16,8 +15,7 @@ from course.foundation.waiting import wait_until
 LIMIT = 10.0  # s that a client may run, with or without a server
 MOST = 0.95  # of the time that a client must wait for an answer, which may begin before its request is on its way
 GRACE = 3.0  # s more for a program to load on a busy machine
-SIGNALLED = 128  # exit statuses from here on mean a signal, not the program's own exit
-SIGNALS = {SIGNALLED + known: known.name for known in signal.Signals}
+SIGNALLED = 128  # exit statuses from here on may mean a signal, and not the program's own exit
 CAUSES = {  # what may be behind a signal that the program's text does not name
     "SIGABRT": " A possible cause is a thread that still spins when main ends: stop its executor, or shut rclpy down, "
     "and join the thread first."
@@ -188,30 +186,30 @@ def expect_words(
     The output must have a line that is not in `beside` (its output in other cases), and must differ from `unlike` (its
     output in another case).  Numbers, and the words in `ignoring`, are not compared.
     """
-
-    words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or match nothing
-
-    def lines(text: str) -> set[str]:
-        plain = NUMBER.sub("#", words.sub("#", text))
-        return {" ".join(line.split()) for line in plain.splitlines() if line.strip()}
-
     program = run.finish(doing)
-    _expect_own_end(run.file, program, doing)
-    said = lines(program.output)
+    said, beside_it, unlike_it = (plain_lines(text, ignoring) for text in (program.output, beside, unlike))
     if not said:
+        _expect_own_end(run.file, program, doing)  # who has said it may be ended by a signal: the exit status tells
         raise Wrong(f"{_capital(doing)}, the client must {must}; it printed nothing.")
-    if said <= lines(beside):
+    if said <= beside_it:
         raise Wrong(
             f"{_capital(doing)}, the client must {must}; it only printed what it prints in other cases, too.", said
         )
-    if said == lines(unlike):
+    if said == unlike_it:
         raise Wrong(
             f"{_capital(doing)}, the client must {must}; it printed the same as when something else is wrong.", said
         )
 
 
+def plain_lines(text: str, ignoring: Iterable[str] = ()) -> set[str]:
+    """Return the lines of a program's output with `#` for each number and for the words in `ignoring`."""
+    words = re.compile("|".join(map(re.escape, ignoring)) or "(?!)")  # or match nothing
+    plain = NUMBER.sub("#", words.sub("#", text))
+    return {" ".join(line.split()) for line in plain.splitlines() if line.strip()}
+
+
 def _expect_own_end(file: str, program: Program, doing: str) -> None:
-    if not program.raised and (ended_by := SIGNALS.get(program.exit_status or 0)):
+    if not program.raised and (ended_by := program.signal):
         raise Crashed(
             f"{file}, run {doing}, was ended by the signal {ended_by}, and not by its own end: return from main, or "
             f"call sys.exit, when everything is said.{CAUSES.get(ended_by, '')}"

@@ -186,6 +186,14 @@ def test_it_ends_as_a_started_program_does(forkserver, text):
     assert (forked.exit_status, forked.output) == (plain.exit_status, plain.output)
 
 
+@pytest.mark.parametrize(
+    ("text", "status", "signal"), [("import sys; sys.exit(139)", 139, ""), ("import os; os.abort()", 134, "SIGABRT")]
+)
+def test_a_status_of_its_own_is_no_signal(forkserver, text, status, signal):
+    program = run(forkserver, text)
+    assert (program.exit_status, program.signal) == (status, signal)
+
+
 def test_a_ros_2_program_runs(forkserver):
     text = """
 import rclpy, sys

@@ -27,10 +27,10 @@ DOING = "without a server"
 class Program:
     """A fake program that has ended, or never ends."""
 
-    def __init__(self, status=1, output="nobody is there", raised=False, stopped="", ends=True):
+    def __init__(self, status=1, output="nobody is there", raised=False, stopped="", ends=True, signal=""):
         self.output, self.raised, self.stopped = output, raised, stopped
         self.alive, self.exit_status = not ends, status if ends else None
-        self.started, self.duration = time.monotonic(), 0.01
+        self.started, self.duration, self.signal = time.monotonic(), 0.01, signal
 
     def wait(self, timeout):
         return not self.alive
@@ -72,7 +72,7 @@ def test_a_client_that_was_late_in_another_run_is_not_run_a_second_time_for_bein
         with pytest.raises(TimedOut):
             hanging.finish(DOING)
         assert hanging.starts == starts
-    killed = run(Program(status=134), Program(), late=late)
+    killed = run(Program(status=134, signal="SIGABRT"), Program(), late=late)
     assert (killed.finish(DOING).exit_status, killed.starts) == (1, 2)
 
 
@@ -87,9 +87,9 @@ def test_a_client_that_gives_up_with_words_passes():
     [
         (Program(status=0), Wrong, "exit status other than 0"),
         (Program(output=" \n"), Wrong, "it printed nothing"),
-        (Program(status=134), Crashed, "ended by the signal SIGABRT"),
-        (Program(status=134), Crashed, "a thread that still spins when main ends"),
-        (Program(status=139), Crashed, "ended by the signal SIGSEGV"),
+        (Program(status=134, signal="SIGABRT"), Crashed, "ended by the signal SIGABRT"),
+        (Program(status=134, signal="SIGABRT"), Crashed, "a thread that still spins when main ends"),
+        (Program(status=139, signal="SIGSEGV"), Crashed, "ended by the signal SIGSEGV"),
         (Program(raised=True, output="ValueError"), Crashed, "died: ValueError"),
         (Program(stopped="it printed too much"), Crashed, "was stopped: it printed too much"),
         (Program(ends=False), TimedOut, "still running after 10 s"),
@@ -133,7 +133,7 @@ def test_how_long_a_client_waits_for_an_answer_is_counted_from_its_request(asked
 
 
 def test_what_ended_by_a_signal_is_run_again():
-    twice = run(Program(status=134), Program(status=1))
+    twice = run(Program(status=134, signal="SIGABRT"), Program(status=1))
     expect_status(twice, DOING, 1)
     assert len(twice.all_starts) == 2
 
@@ -149,8 +149,9 @@ def test_a_run_that_does_not_end_is_waited_for_twice_only():
 def test_the_exit_status_of_what_raised_is_its_own():
     assert run(Program(status=1, raised=True)).status(DOING) == 1
     assert run(Program(status=0)).status(DOING) == 0
+    assert run(Program(status=139)).status(DOING) == 139  # sys.exit(139)
     with pytest.raises(Crashed, match="signal SIGKILL"):
-        run(Program(status=137)).status(DOING)
+        run(Program(status=137, signal="SIGKILL")).status(DOING)
 
 
 @pytest.mark.parametrize(
@@ -171,6 +172,12 @@ def test_words_must_tell_something(output, how, message):
     except Fault as fault:
         told = fault.message
     assert bool(told) == bool(message) and message in told
+
+
+def test_a_client_that_said_what_it_must_and_was_then_ended_by_a_signal_has_said_it():
+    expect_words(run(Program(status=134, signal="SIGABRT")), DOING, "say so")
+    with pytest.raises(Crashed, match="ended by the signal SIGABRT"):
+        expect_words(run(Program(status=134, signal="SIGABRT", output="")), DOING, "say so")
 
 
 def test_a_client_looks_for_a_server_for_a_moment():
