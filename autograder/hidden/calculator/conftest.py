@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from autograder.hidden.calculator.conversation import Calculator, Call, ClientRuns, Counterpart, LeftAlone
+from autograder.hidden.calculator.conversation import CLIENT, FEW, Calculator, Call, ClientRuns, Counterpart, LeftAlone
 from autograder.suitekit import Bench
 from autograder.suitekit.fixtures import used
 
@@ -39,17 +39,21 @@ def runs(bench: Bench) -> ClientRuns:
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     operation = rng.choice(["subtract", "multiply", "divide"])
     result = -rng.randrange(1_000_000_000, 9_000_000_000) - 0.5  # with its decimal, all digits that most formats lose
-    # As a message may be: longer than a line, with capitals, two blanks in a row and letters outside of ASCII, and with
-    # punctuation at its end too.  With a result, which means nothing in a refusal.
+    # As a message may be: of two lines, longer than a line, with capitals, two blanks in a row and at both ends, letters
+    # outside of ASCII, what a template has (% and {}), and punctuation at its end too.  With a result, which means
+    # nothing in a refusal.
     start = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}"
-    reason = f"{start}; {' '.join(word(7) for _ in range(12))}.  {word(4).capitalize()}ü{word(3)}é!.."
+    template = f"{rng.randrange(20, 90)} %s {{{word(4)}}}"
+    rest = f"{template} {' '.join(word(7) for _ in range(12))}.  {word(4).capitalize()}ü{word(3)}é!.."
+    reason = f"  {start};\n{rest}  "
     noise = word(6)
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
+    wrongly = Counterpart(bench, result=refusing.response.result, success=False, message=reason)  # that nobody may call
     zero = Counterpart(bench, result=0.0, success=True, message=word(9))
     infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))
-    speechless = Counterpart(bench, result=result, success=False, message="")
+    speechless = Counterpart(bench, result=0.0, success=False, message="")  # as what the task's example answers
     silent = Counterpart(bench, result=1.0, success=True, message=word(9), silent=True)
     p, q = (str(rng.randrange(10, 900)) for _ in "pq")
     return ClientRuns(
@@ -61,12 +65,14 @@ def runs(bench: Bench) -> ClientRuns:
         speechless=Call(speechless, p, "0", "divide"),
         absent=bench.early["absent"],
         misused={
-            "with too few arguments": refusing.run(p, q),
-            "with too many arguments": refusing.run(p, q, operation, "add"),
-            "without any argument": refusing.run(),
-            "with a word in the place of the first number": refusing.run(noise, q, operation),
-            "with a word in the place of the second number": refusing.run(p, noise, operation),
+            FEW: wrongly.run(p, q),
+            "with too many arguments": wrongly.run(p, q, operation, "add"),
+            "without any argument": wrongly.run(),
+            "with a word in the place of the first number": wrongly.run(noise, q, operation),
+            "with a word in the place of the second number": wrongly.run(p, noise, operation),
         },
+        wrongly=wrongly,
+        misused_alone=bench.run(CLIENT, p, q, domain=bench.new_domain()),
     )
 
 

@@ -21,6 +21,7 @@ from course.foundation.waiting import wait_until
 
 SERVICE = "/calculator"
 CLIENT = "calculator_client.py"
+FEW = "with too few arguments"
 ROUNDING = 0.0051  # what rounding to two decimals may cost: judged by one test, not by every operation's
 SEVEN_DIGITS = 5e-7  # of a number's size: logs may show fewer digits than a result has, but not six
 MINUS = re.compile(r"[-\u2212]\s*(?=\d)")  # as a sign may be printed: as "−", or with blanks behind it
@@ -455,6 +456,8 @@ class ClientRuns:
     speechless: Call  # the server answers with success False, and without a message
     absent: Run  # there is no server
     misused: dict[str, Run]  # with a wrong command line, by what is wrong with it
+    wrongly: Counterpart  # the server that these must not call
+    misused_alone: Run  # with too few arguments, where there is no server
 
     @cached_property
     def unanswered(self) -> Call:

@@ -20,6 +20,7 @@ from calculator_interfaces.srv import Calculate
 from autograder.hidden.calculator.arithmetic import ANSWERS, plain_numbers
 from autograder.hidden.calculator.conversation import (
     CHATTER,
+    FEW,
     ROUNDING,
     SERVICE,
     Calculator,
@@ -42,6 +43,7 @@ from autograder.suitekit import (
     expect_words,
     numbers,
     on_wrong,
+    plain_lines,
     points,
     twice,
 )
@@ -61,6 +63,11 @@ LEFT = 6.0  # s for which nobody asks the server for anything
 LATER = 2.5  # s after a refusal for which the server is seen to go on
 REFUSALS = 8  # in a row, each of which must be one
 LETTERS = "bdfgklmnp"  # of words that are no operation
+OF_PYTHON = re.compile(  # its messages for what is wrong with the arguments, with no word of the program's own
+    r"(ValueError: |IndexError: )?(not enough values to unpack \(expected \d+, got \d+\)"
+    r"|too many values to unpack \(expected \d+(, got \d+)?\)"
+    r"|could not convert string to float: '\w*'|list index out of range)"
+)
 UNANSWERED = "with a server that gives no answer"
 TESTED_WITH = "(Your programs were tested with the correct definition.)"
 
@@ -243,8 +250,9 @@ def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
     word = "".join(rng.choices(LETTERS, k=9))
     unknown = {"modulo": "The operation 'modulo'", word: "An unknown operation", "": "An empty operation"}
     for name in calculator.abilities:
-        for near in (name + word[:4], name[:-1], name[0] + word):
-            unknown[near] = f"An unknown operation whose name begins as '{name}' does"
+        for near in (name + word[:4], name[:-1], name[:3], name[0] + word):
+            if near != name:
+                unknown[near] = f"An unknown operation whose name begins as '{name}' does"
     for operation, about in unknown.items():
         if not operation:  # right after a request that was done: it must not be done again
             calculator.ask(rng.uniform(1, 9), calculator.abilities[0], rng.uniform(1, 9))
@@ -570,7 +578,8 @@ def test_client_shows_message(runs: ClientRuns) -> None:
             call.run.output,
         )
     message = call.response.message
-    if not call.comes_to(lambda: message in call.run.output):
+    ways = message, message.replace("\n", "\\n")  # a client may print it in quotes, or the whole response
+    if not call.comes_to(lambda: any(way in call.run.output for way in ways)):
         output = call.run.finish("with a server that refuses").output
         raise Wrong(
             "When success is False, the client must show the message of the response as it is. "
@@ -581,6 +590,11 @@ def test_client_shows_message(runs: ClientRuns) -> None:
 
 def how_differs(message: str, output: str) -> str:
     """Return how the output differs from a message that it has almost, as a sentence for the student; else nothing."""
+    if any(way in output for way in (message.strip(), message.strip().replace("\n", "\\n"))):
+        return " It has the message, but for the blanks at its begin or at its end."
+    first, second = (line.strip() for line in message.splitlines())
+    if first in output and second[:20] not in output:
+        return " It has only the first line of the message."
     if in_one_line(message) in in_one_line(output):
         return " It has the words of the message, with other blanks or line ends between them."
     escaped = [message.encode("ascii", how).decode() for how in ("backslashreplace", "replace", "ignore")]
@@ -641,12 +655,29 @@ def test_client_arguments(runs: ClientRuns) -> None:
     runs.answered.run.until(lambda: False)  # its end
     always = runs.answered.run.output if shows_result(runs) else ""
     for doing, run in runs.misused.items():
-        expect_words(run, doing, "print how to use it", beside=always, ignoring=ANSWERS)
+        expect_words(run, doing, must := "print how to use it", beside=always, ignoring=ANSWERS)
+        if all(OF_PYTHON.fullmatch(line.strip()) for line in run.output.splitlines() if line.strip()):
+            raise Wrong(
+                f"{doing[0].upper()}{doing[1:]}, the client must {must}: it printed only the message of Python's "
+                "exception.",
+                run.output,
+            )
         if runs.refused.response.message in run.output:
             raise Wrong(
                 f"{doing[0].upper()}{doing[1:]}, the client must print how to use it, and not call {SERVICE}. It "
                 "called, and printed the server's message."
             )
+    if requests := runs.wrongly.requests:
+        raise Wrong(
+            f"With wrong arguments, the client must {must}, and not call {SERVICE}. In {len(runs.misused)} runs with "
+            f"too few or too many arguments, or with a word in the place of a number, it has called {len(requests)} "
+            f"time{'s' * (len(requests) > 1)}.",
+            requests,
+        )
+    doing, alone, few = f"{FEW} and without a server", runs.misused_alone, runs.misused[FEW]
+    with_server = plain_lines(few.output, ANSWERS)
+    if plain_lines(alone.finish(doing).output, ANSWERS) != with_server:  # the server may make no difference
+        expect_words(alone, doing, f"{must}, too", beside=f"{always}\n{runs.absent.output}", ignoring=ANSWERS)
 
 
 @points(1, cell="calculator-client")
@@ -662,7 +693,7 @@ def test_client_exit_status(runs: ClientRuns) -> None:
             raise Wrong(f"{doing[0].upper()}{doing[1:]}, the exit status must be 0. It is {status}.")
     with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
     if runs.speechless.reached:  # that it calls, another test judges
-        with_server["with a server that refuses without a message"] = runs.speechless.run
+        with_server["with a server that refuses without a message, and has the result 0"] = runs.speechless.run
     statuses = {doing: run.status(doing) for doing, run in with_server.items()}
     for doing, run in {"without a server": runs.absent, UNANSWERED: runs.unanswered.run}.items():
         with contextlib.suppress(TimedOut):  # another test tells this

@@ -323,6 +323,14 @@ WRONG = {
         server(("'subtract'", "'sub'"), ("'multiply'", "'mul'"), ("'divide'", "'div'")),
         {"subtract", "multiply", "divide", "division_by_zero"},
     ),
+    "knows the short names as well": (
+        server(
+            ("== 'subtract'", "in ('subtract', 'sub')"),
+            ("== 'multiply'", "in ('multiply', 'mul')"),
+            ("!= 'divide'", "not in ('divide', 'div')"),
+        ),
+        {"unknown_operation"},
+    ),
     "operations in capitals": (
         server(
             ("'add'", "'ADD'"), ("'subtract'", "'SUBTRACT'"), ("'multiply'", "'MULTIPLY'"), ("'divide'", "'DIVIDE'")
@@ -886,6 +894,58 @@ WRONG = {
         client(("remove_ros_args(args)", "remove_ros_args(args)[:4]")),
         {"client_arguments"},
     ),
+    "client calls before it counts its arguments": (
+        client(
+            ("_, a, b, operation = remove_ros_args(args)", "_, a, b, operation, *more = remove_ros_args(args)"),
+            (
+                "    rclpy.init(args=args)\n",
+                "    rclpy.init(args=args)\n"
+                "    if more:\n"
+                "        CalculatorClient().call(a, b, operation)\n"
+                "        print(USAGE)\n"
+                "        return 2\n",
+            ),
+        ),
+        {"client_arguments"},
+    ),
+    "client looks for the server before its arguments": (
+        client(
+            (
+                "    try:\n        _, a, b, operation",
+                "    rclpy.init(args=args)\n"
+                "    if not CalculatorClient().client.wait_for_service(timeout_sec=1.5):\n"
+                "        print('No answer from /calculator: is calculator_server.py running?')\n"
+                "        return 3\n"
+                "    try:\n        _, a, b, operation",
+            ),
+            ("        return 2\n    rclpy.init(args=args)\n", "        return 2\n"),
+        ),
+        {"client_arguments"},
+    ),
+    "client prints Python's message in the place of its usage": (
+        client(("except ValueError:\n        print(USAGE)", "except ValueError as error:\n        print(error)")),
+        {"client_arguments"},
+    ),
+    "client strips the message": (
+        client(("{response.message}", "{response.message.strip()}")),
+        {"client_shows_message"},
+    ),
+    "client shows the first line of the message": (
+        client(("{response.message}", "{response.message.partition(chr(10))[0]}")),
+        {"client_shows_message"},
+    ),
+    "client takes the message for a template": (
+        client(("f'{operation} failed: {response.message}'", "('{} failed: ' + response.message).format(operation)")),
+        {"client_shows_message"},
+    ),
+    "client takes the message for a format": (
+        client(("f'{operation} failed: {response.message}'", "('%s failed: ' + response.message) % operation")),
+        {"client_shows_message"},
+    ),
+    "client ends with the result of a refusal": (
+        client(("{response.message}')\n        return 1", "{response.message}')\n        return int(response.result)")),
+        {"client_exit_status"},
+    ),
     "client looks for an option before it counts its arguments": (
         client(
             (
@@ -960,7 +1020,7 @@ WRONG = {
     ),
     "client is killed without a server": (
         client(("running?')\n        return 1", "running?', flush=True)\n        import os\n        os.abort()")),
-        {"client_without_server", "client_exit_status", "client_without_answer"},
+        {"client_exit_status"},
     ),
     "client says what it does, and nothing without a server": (
         client(
