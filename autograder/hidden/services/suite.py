@@ -725,6 +725,13 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
         motors.command(STOP, False)
         happened.append(f"{STOP} with data False")
         expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+    # In any order they end up stopped; by the status, because either message may be that of the first.
+    for _ in motors.overlaps(DISABLED, (STOP, True), wish) if motors.witness == STATUS else ():
+        happened = [f"disabled motors got {STOP} with data True", f"{ENABLE} with data True right behind it"]
+        expect_still(motors, happened, "must be stopped, in whatever order the two are carried out")
+        motors.command(STOP, False)
+        happened.append(f"{STOP} with data False")
+        expect_still(motors, happened, "must be disabled when the stop ends, and not start")
     for _ in motors.overlaps(ENABLED, (ENABLE, False), (STOP, True)):
         motors.attempt(*wish)
         happened = [f"motors that run got {ENABLE} with data False", f"{STOP} with data True before that was answered"]

@@ -1610,6 +1610,26 @@ WRONG = {
         ),
         {"stays_still"},
     ),
+    "an emergency stop that takes 30 ms lets an enable in": (
+        motors(
+            (
+                "        self.stopped = request.data\n        if self.stopped:\n            self.enabled = False\n",
+                "        if request.data:\n"
+                "            self.enabled = False\n"
+                "            time.sleep(0.03)\n"
+                "        self.stopped = request.data\n",
+            ),
+            ("import rclpy\n", "import time\n\nimport rclpy\n"),
+            (
+                "'/motors/emergency_stop', self.emergency_stop)",
+                "'/motors/emergency_stop', self.emergency_stop,\n"
+                "                            callback_group=ReentrantCallbackGroup())",
+            ),
+            *THREADED,
+            ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),
+        ),
+        {"stays_still"},
+    ),
     "disabled motors are not enabled": (
         motors(
             ("return 'enabled' if self.enabled else 'disabled'", "return 'enabled' if self.enabled else 'not enabled'")
@@ -1895,6 +1915,7 @@ QUICK = {"reference", "relay raises without a server"}
 
 # Mistakes in what the exercise is about, and mistakes in a detail: `test_weights.py` holds what each costs.
 ABOUT = {
+    "an emergency stop that takes 30 ms lets an enable in",
     "the stop only disables",
     "the stop is not latched",
     "the end of a stop enables again",
