@@ -184,9 +184,10 @@ def test_proportional(pid: PidNode, controls: None, rng: random.Random) -> None:
             f"{len(errors)} errors, and {len(pid.efforts.heard) - before} efforts.",
             f"{len(errors)} errors, {len(pid.efforts.heard) - before} efforts",
         )
-    pid.arrange()
-    pid.send(error)
-    pid.expect_effort(error, 0.0, "With kp, ki and kd all set to 0, the effort must be 0")
+    if not pid.gains_by_launch:
+        pid.arrange()
+        pid.send(error)
+        pid.expect_effort(error, 0.0, "With kp, ki and kd all set to 0, the effort must be 0")
 
 
 @points(3, cell="pid-node")
@@ -270,9 +271,10 @@ def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
         for error, limit in ((8.0, 1.0), (-8.0, -1.0)):
             time.sleep(SHORT)
             pid.expect_effort(error, limit, "The whole effort must be clamped, with its derivative part")
-        if keeps_error:
+        if keeps_error and not pid.gains_by_launch:  # who is started anew for each set shows less, in the same time
             expect_clamped_sum(pid, rng.choice([-1, 1]))
-    expect_clamped_integral(pid, rng.choice([-1, 1]))
+    if not pid.gains_by_launch:
+        expect_clamped_integral(pid, rng.choice([-1, 1]))
     if early and early.first.effort > early.given["output_max"] + ROUNDING:
         raise Wrong(
             "The first effort, too, must be clamped: an effort above output_max must become output_max, "
