@@ -19,6 +19,7 @@ from geometry_msgs.msg import Twist
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import LaserScan
 
+from autograder.hidden.ai_integration.rooms import decide
 from autograder.hidden.ai_integration.scanner import PLAIN, Scanner
 from autograder.hidden.ai_integration.simulated_time import SimulatedTime
 from autograder.sandbox.program import Program
@@ -63,6 +64,7 @@ FORWARDS, RIGHT = 2.25, -1.5
 WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
 DIGITS = 5  # of these numbers: a millimetre
 SAME_SPEED = 1e-6  # m/s and rad/s
+A_ROUNDING = 1e-5  # m/s and rad/s: what the 32-bit floats of a scan make of a decision
 
 LONG_ENOUGH = 2.5  # s, in which a robot decides again and again on the same
 
@@ -98,6 +100,10 @@ class Command(NamedTuple):
 
 
 STOP = Command(0.0, 0.0)
+BY_RULES = (
+    "The node must publish what decide_action of the WallAgent in wall_agent.py returns: another agent was put in its "
+    "place, and the node published what the three rules of the task say."
+)
 CHANGED = " Or the node has changed what its agent decided, as in another test: mend that first."
 SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
 
@@ -441,6 +447,8 @@ class Follower(TopicProgram):
                 break
         if not best.sectors:
             last = command_of(self.commands.heard[-1]) if self.commands.heard else STOP
+            if self.commands.heard and self._goes_by_rules(1.25, 0.75):
+                raise Wrong(f"{BY_RULES} What it makes of scan.ranges could not be tested.")
             decided = told(1.25, 0.75)
             if math.dist(last, [round(speed, 2) for speed in decided]) < SAME_SPEED:
                 raise Wrong(
@@ -458,6 +466,11 @@ class Follower(TopicProgram):
             )
         return best
 
+    def _goes_by_rules(self, front: float, right: float) -> bool:
+        """Whether its last command is what the task's rules say for these distances (m), which its agent never says."""
+        twist = self.commands.heard[-1].message
+        return math.dist((twist.linear.x, twist.angular.z), decide(front, right)) < A_ROUNDING
+
     def manner(self, scan: LaserScan) -> dict[str, float]:
         """What becomes of the agent's speeds on their way to cmd_vel: their signs, and whether they are swapped."""
         self.expect_driving(scan, "With a fresh scan")
@@ -469,9 +482,11 @@ class Follower(TopicProgram):
             "swapped": swapped,
         }
 
-    def expect_asks_its_agent(self, scan: LaserScan) -> None:
-        """Its commands must be, word for word, what WallAgent of wall_agent.py has said."""
+    def expect_asks_its_agent(self, scan: LaserScan, front: float, right: float) -> None:
+        """Its commands must be, word for word, what WallAgent of wall_agent.py has said; the scan shows these (m)."""
         self.expect_driving(scan, "With a fresh scan")
+        if self._goes_by_rules(front, right):
+            raise Wrong(BY_RULES, self.commands.heard[-1].message)
         self.renamed.expect_none(NODE)
         if NODE in importing_course(self.bench.files):
             raise Wrong(
@@ -602,13 +617,13 @@ class Follower(TopicProgram):
                 break
         return best
 
-    def times_to_stop(self, scan: LaserScan) -> tuple[float, float]:
+    def times_to_stop(self, scan: LaserScan) -> tuple[float, float, float]:
         """How long after the last scan it still drives, and stands still for good (s, in real time).
 
-        The second is infinite when it does not.
+        The second is infinite when it does not. The third is the time of its last command; 0 when none came.
         """
 
-        def measure(limit: float, alive: Alive) -> tuple[float, float] | None:
+        def measure(limit: float, alive: Alive) -> tuple[float, float, float] | None:
             self._show(scan, DRIVING_HERTZ, DRIVING)
             last = time.monotonic()
             wait_until(lambda: not alive(), WATCHED)
@@ -616,7 +631,11 @@ class Follower(TopicProgram):
             standing = [*itertools.takewhile(lambda heard: command_of(heard) == STOP, reversed(after))]
             driving = after[: len(after) - len(standing)]
             return (
-                (driving[-1].time - last if driving else 0.0, standing[-1].time - last if standing else math.inf)
+                (
+                    driving[-1].time - last if driving else 0.0,
+                    standing[-1].time - last if standing else math.inf,
+                    after[-1].time - last if after else 0.0,
+                )
                 if alive()
                 else None
             )
@@ -721,6 +740,21 @@ def fits(command: Command, wanted: Command, sectors: frozenset[str]) -> bool:
 def is_of_the_agent(command: Command) -> bool:
     """Whether a command is one of the agent that tells what it was given."""
     return all(is_code(speed, name) for name, speed in zip(SECTORS, command, strict=True))
+
+
+def expect_numbers_each_time(commands: Sequence[Command], about: str) -> None:
+    """An agent that was given a number for a distance must be given one each time."""
+    decided = [command for command in commands if is_of_the_agent(command)]
+    for name in SECTORS:
+        number = [*SECTORS].index(name)
+        without = sum(command[number] == round(LEAST[name] + NOTHING, DIGITS) for command in decided)
+        if 0 < without < len(decided):
+            raise Wrong(
+                f"The agent must be given 'front' and 'right' each time that it is asked, also twice about one scan: "
+                f"{about}, in {without} of {len(decided)} commands it was given no number for '{name}'. A dict that "
+                "decide_action changes must not be given to it again.",
+                commands,
+            )
 
 
 def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH) -> str:

@@ -28,6 +28,7 @@ from autograder.hidden.ai_integration.conversation import (
     Command,
     Eye,
     Follower,
+    expect_numbers_each_time,
     is_of_the_agent,
     said,
 )
@@ -64,6 +65,8 @@ FRESH_COMMANDS = (3, 5)  # that must still be the agent's, and may: a scan's age
 TOO_OLD = 0.65  # s of simulated time: 0.5 s, a period of the timer, and how much later a scan may seem to have come
 EARLIEST_STOP = 0.3  # s of real time: 0.5 s, but for a period of the timer, and a little for a busy machine
 LATEST_STOP = 0.75  # s of real time: 0.5 s, two periods of a timer of 10 Hz, and a little for a busy machine
+LONGEST_GAP = 0.35  # s of real time between two commands: more than a period of the timer, also on a busy machine
+SILENT_FROM = 2.0  # s after the last scan, of 3 in which commands must come
 RULES = 3  # of the agent
 TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the node fails, until it has failed
 
@@ -131,12 +134,13 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
     """It steers towards 0.6 m from the wall, the more the farther it is from that, and at most by 0.5 rad/s."""
     distances = [rng.uniform(*span) for span in ((0.3, 0.45), (0.45, 0.59), (0.61, 0.75), (0.75, 0.92))]
     beside = [0.6 - rng.uniform(0.002, 0.008), 0.6 + rng.uniform(0.002, 0.008)]  # the least error is steered against
+    hardly = [rng.uniform(0.27, 0.297), rng.uniform(0.903, 0.93)]  # near the limit of what it may steer
     sharp = [rng.uniform(0.05, 0.25), rng.uniform(0.96, 1.15), rng.uniform(1.16, 1.195), 0.0]
     rng.shuffle(distances)
     agent.expect(
         *(
             one
-            for right in [*distances, *beside]
+            for right in [*distances, *beside, *hardly]
             for one in case(8.0, right, "With nothing near ahead, and a wall near 0.6 m right")
         ),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
@@ -250,7 +254,8 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
 @twice
 def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
     """The node asks one WallAgent of wall_agent.py, and publishes what that decides, as it is."""
-    follower.expect_asks_its_agent(PLAIN.flat(rng, front=some_distance(rng), right=some_distance(rng)))
+    front, right = some_distance(rng), some_distance(rng)
+    follower.expect_asks_its_agent(PLAIN.flat(rng, front=front, right=right), front, right)
     reads = follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange")  # or else other tests judge it
     follower.expect_leaves_it_as_it_is(PLAIN.flat(rng, front=STRANGE, right=some_distance(rng)), reads)
     follower.expect_leaves_the_opposite(PLAIN.flat(rng, front=OPPOSITE, right=some_distance(rng)), reads)
@@ -453,6 +458,7 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
                 continue  # too many commands are judged by the two others
         if not is_right(rate):
             raise Wrong(f"Commands must be published at 10 Hz {about}; it was {rate:.1f} Hz.")
+        expect_numbers_each_time(commands, about)
         others = [command for command in commands if not is_of_the_agent(command)]
         if hertz and len(commands) - len(others) < DRIVEN * len(commands):
             raise Wrong(
@@ -546,12 +552,27 @@ def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: flo
         and set(after[may:]) == {STOP}
     ):
         return True
-    early, late = by_the_wall.times_to_stop(scan)
+    early, late, last = by_the_wall.times_to_stop(scan)
+    if math.isinf(late) and last < SILENT_FROM:
+        came = f"the last one, which was not zero, came {last:.1f} s after the last scan" if last else "no command came"
+        raise Wrong(
+            "When no scan has come for 0.5 s, a zero Twist must be published ten times a second until the next scan: "
+            f"in the 3 s after the last scan, {came}.",
+            f"commands {after}",
+        )
     if late > LATEST_STOP:
         still = "still driving 3 s after the last one" if math.isinf(late) else f"driving until {late:.1f} s after it"
         raise Wrong(
             f"When no scan has come for 0.5 s, every command until the next scan must be a zero Twist: it was {still}.",
             f"commands {after}; in real time after {late} s",
+        )
+    if early < EARLIEST_STOP and late > early + LONGEST_GAP:
+        drove = f"the last other than zero came {early:.1f} s after the last scan"
+        drove = drove if early else "none other than zero came after the last scan"
+        raise Wrong(
+            f"A scan may be used until it is 0.5 s old, and ten commands must come a second: {drove}, and the first "
+            f"zero Twist {late:.1f} s after it.",
+            f"commands {after}",
         )
     if early < EARLIEST_STOP:
         raise Wrong(

@@ -631,6 +631,10 @@ WRONG = {
     "steers the wrong way": (agent(("0.6 - right", "right - 0.6")), {"keeps_its_distance", "hall"}),
     "another distance": (agent(("0.6 - right", "0.5 - right")), {"keeps_its_distance"}),
     "another gain": (agent(("1.5 *", "1.0 *")), {"keeps_its_distance"}),
+    "steers as hard as it may from 0.3 m on": (
+        agent(("max(-0.5, min(0.5, angular))", "0.5 if right < 0.3 else max(-0.5, min(0.5, angular))")),
+        {"keeps_its_distance"},
+    ),
     "no limit": (agent(("max(-0.5, min(0.5, angular))", "angular")), {"keeps_its_distance"}),
     "limits one side alone": (agent(("max(-0.5, min(0.5, angular))", "min(0.5, angular)")), {"keeps_its_distance"}),
     "left or right instead of in proportion": (
@@ -822,6 +826,22 @@ WRONG = {
         ),
         {"rate"},
     ),
+    "the agent takes the distances out of the dict that the node keeps": (
+        agent(("distances['front'], distances['right']", "distances.pop('front'), distances.pop('right')")),
+        {"rate"},
+    ),
+    "silent when the last scan is old": (
+        node(
+            (
+                "        self.cmd_vel_pub.publish(cmd)\n",
+                (
+                    "        if self.scan_time is None or self.scan_is_fresh():\n"
+                    "            self.cmd_vel_pub.publish(cmd)\n"
+                ),
+            )
+        ),
+        {"rate", "stops"},
+    ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
     "waits 0.15 s for each command while no scan is fresh": (
@@ -884,6 +904,21 @@ WRONG = {
             ("self.agent = WallAgent()", "self.agent = OtherAgent()"),
         ),
         {"asks_its_agent"} | ROOMS,
+    ),
+    "the node decides by the three rules itself": (
+        node(
+            (
+                "            action = self.agent.decide_action(self.distances)\n",
+                """            front, right = self.distances['front'], self.distances['right']
+            action = {'linear': 0.3, 'angular': max(-0.5, min(0.5, 1.5 * (0.6 - right)))}
+            if front < 0.5:
+                action = {'linear': 0.0, 'angular': 0.5}
+            elif right > 1.2:
+                action = {'linear': 0.2, 'angular': -0.4}
+""",
+            )
+        ),
+        {"asks_its_agent", "sectors", "any_number_of_beams", "first_beam_anywhere", "clockwise", "rate"} | VALUES,
     ),
     "the node turns the sign of angular": (
         node((CMD, CMD.replace("= action", "= -action"))),
@@ -1368,7 +1403,8 @@ ABOUT = {
     "stands still, whatever it sees",
     "no node at all",
 }
-BROAD = {"the node rounds what the agent decided"}  # which hides what it has made of a scan
+# Both hide what the node has made of a scan.
+BROAD = {"the node rounds what the agent decided", "the node decides by the three rules itself"}
 # A detail loses little.
 DETAIL = {
     "the agent returns a tuple",
