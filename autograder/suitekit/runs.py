@@ -21,6 +21,7 @@ CAUSES = {  # what may be behind a signal that the program's text does not name
     "and join the thread first."
 }
 RANGE = re.compile(r"\{(-?\d+)\.\.(-?\d+)\}")
+LETTER = re.compile(r"[^\W\d_]")
 CHOICE = re.compile(r"\{([^{}|]+(?:\|[^{}|]+)+)\}")
 
 
@@ -191,6 +192,8 @@ def expect_words(
     if not said:
         _expect_own_end(run.file, program, doing)  # who has said it may be ended by a signal: the exit status tells
         raise Wrong(f"{_capital(doing)}, the client must {must}; it printed nothing.")
+    if not LETTER.search(program.output):
+        raise Wrong(f"{_capital(doing)}, the client must {must}; it printed no word.", said)
     if said <= beside_it:
         raise Wrong(
             f"{_capital(doing)}, the client must {must}; it only printed what it prints in other cases, too.", said

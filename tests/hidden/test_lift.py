@@ -8,8 +8,13 @@ from course_interfaces.action import Lift
 
 from autograder.errors import TimedOut, Wrong
 from autograder.hidden.actions import suite
-from autograder.hidden.actions.busy import Blocking
-from autograder.hidden.actions.judging import expect_no_other_step, says_elsewhere
+from autograder.hidden.actions.busy import Blocking, Preemption
+from autograder.hidden.actions.judging import (
+    expect_no_other_step,
+    expect_no_step_when_cancelled,
+    expect_result_of_waiting,
+    says_elsewhere,
+)
 from autograder.hidden.actions.rides import Ride, follows, lengths, steps, stops_made, way
 from autograder.suitekit import Goal, Heard
 from tests.suitekit.test_runs import Program, run
@@ -106,14 +111,22 @@ def test_a_ride_without_a_result():
 
 @pytest.mark.parametrize(
     ("took", "said", "message"),
-    [(0.9, "no server", "gave up 0.9 s after its start"), (1.1, "REJECTED", "in other cases"), (1.1, "no server", "")],
+    [
+        (0.9, "no server", "gave up 0.9 s after its start"),
+        (1.1, "REJECTED", "in other cases"),
+        (1.1, "Outcome: ABORTED", "in other cases"),
+        (1.1, "no server", ""),
+        (1.1, "no server\nOutcome: ABORTED", ""),
+    ],
 )
 def test_a_client_waits_for_a_server_and_says_that_there_is_none(took, said, message):
     absent = Program(output=said)
     absent.duration = took
     clients = {
-        "succeed": SimpleNamespace(works=lambda: True, again=lambda: None),
+        "succeed": SimpleNamespace(works=lambda: True, again=lambda: None, output="Outcome: SUCCEEDED"),
         "reject": SimpleNamespace(output="REJECTED"),
+        "abort": SimpleNamespace(output="Outcome: ABORTED"),
+        "cancel": SimpleNamespace(output="Outcome: CANCELED"),
     }
     bench = SimpleNamespace(early={"absent": run(absent, patience=1)})
     if not message:
@@ -126,11 +139,12 @@ def test_a_client_waits_for_a_server_and_says_that_there_is_none(took, said, mes
 def test_a_client_that_works_when_it_is_run_again_is_judged():
     """On a busy machine it may not have found the server."""
     works = [False, True]
-    client = SimpleNamespace(works=lambda: works[0], again=lambda: works.pop(0))
+    client = SimpleNamespace(works=lambda: works[0], again=lambda: works.pop(0), output="")
     absent = Program(output="no server")
     absent.duration = 1.1
     bench = SimpleNamespace(early={"absent": run(absent, patience=1)})
-    suite.test_client_without_server(bench, {"succeed": client, "reject": SimpleNamespace(output="")})
+    others = dict.fromkeys(("reject", "abort", "cancel"), SimpleNamespace(output=""))
+    suite.test_client_without_server(bench, {"succeed": client, **others})
     assert works == [True]
 
 
@@ -144,3 +158,35 @@ def test_a_cabin_that_a_blocked_goal_has_moved_untold_is_not_where_the_next_goal
     there = [ended(3, at=3), ended(4, at=4)]  # by the last step that was told of, and by the result of the first goal
     seen = Blocking(ended(9, at=4), True, 0.0, 0.0, 3, ended(3, 6, at=3), ended(6, at=floor), there, ended(6, at=6))
     assert says_elsewhere(seen) == elsewhere
+
+
+@pytest.mark.parametrize(
+    ("answered", "waited", "wrong"),
+    [
+        (0.5, [], False),
+        (0.5, [3], False),  # where the goal before has ended
+        (0.5, [4], True),
+        (0.85, [4], False),  # too near to the end of the last step
+        (1.5, [4], False),  # its own step may have been under way
+    ],
+)
+def test_a_goal_that_is_cancelled_while_it_waits_makes_no_step(answered, waited, wrong):
+    first, second = goal_of(1, 2, 3), goal_of(*waited)  # the first one's last step was over at 0.9 s
+    second.cancel_accepted, second.cancel_answered = True, answered - time.time() + time.monotonic()
+    if not wrong:
+        expect_no_step_when_cancelled(first, second)
+        return
+    with pytest.raises(Wrong, match="must make no step"):
+        expect_no_step_when_cancelled(first, second)
+
+
+@pytest.mark.parametrize(("floor", "right"), [(2, True), (3, True), (4, True), (0, False)])
+def test_the_result_of_a_goal_that_is_cancelled_while_it_waits_says_where_the_cabin_is(floor, right):
+    first, second, third = Ride([1, 7], goal_of(1, 2, 3)), Ride([6, 0], goal_of()), Ride([2], goal_of(2))
+    second.goal.status, second.goal.result = "CANCELED", Lift.Result(floor=floor)
+    seen = Preemption([first, second, third], running=True)
+    if right:
+        assert expect_result_of_waiting(seen, "CANCELED", "cancelled")
+        return
+    with pytest.raises(Wrong, match="where the cabin is"):
+        expect_result_of_waiting(seen, "CANCELED", "cancelled")

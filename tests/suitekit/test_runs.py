@@ -161,6 +161,8 @@ def test_the_exit_status_of_what_raised_is_its_own():
         ("calling 3 4", {"beside": "calling 1 2\nresult 3"}, "prints in other cases, too"),
         ("calling 3 add", {"beside": "calling 1 divide", "ignoring": ["add", "divide"]}, "prints in other cases, too"),
         ("calling 3 add", {"beside": "calling 1 divide"}, ""),
+        ("- 3\n--", {}, "it printed no word"),
+        ("没有服务器", {}, ""),
         ("Error 2", {"unlike": "Error 1\n"}, "the same as when something else is wrong"),
         ("usage\nError 2", {"unlike": "Error 1\n"}, ""),
     ],

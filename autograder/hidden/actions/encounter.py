@@ -80,8 +80,9 @@ class Encounter:
         self.feedback.append((rng.randrange(*NUMBERS), 0))  # as at the end of each goal that succeeds
         self.result = Lift.Result(floor=rng.randrange(*NUMBERS))
         if self.cancel_after != 0:  # a goal that is cancelled at once has made no stops
-            low, high = sorted(rng.sample(range(*NUMBERS), 2))
-            self.result.stops = [high, low, high]
+            low, middle, high = sorted(rng.sample(range(*NUMBERS), 3))
+            # A floor that comes twice; and stops that read otherwise backwards.
+            self.result.stops = [middle, high, low] if self.script == "abort" else [high, low, high]
         self.goals: list[list[int]] = []
         self.early: Counter[float] = Counter()  # the numbers that were printed before the goal ended
         self.before_cancel: int | None = None  # feedback messages sent when the cancel came

@@ -2,6 +2,7 @@
 
 import re
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from statistics import median
@@ -92,7 +93,8 @@ def expect_one_cabin(seen: Preemption) -> None:
     # What each goal tells of its own steps is another test's.
     if way(second) and way(first) and abs(second.feedback[0].message.floor - first.feedback[-1].message.floor) != 1:
         raise Wrong(
-            "A goal that takes over must go on from where the cabin is, one floor a step: there is one cabin. The last "
+            "A goal that takes over must go on from where the cabin is, one floor a step, and each step of both goals "
+            "must be reported by a feedback message: there is one cabin. The last "
             f"message of the goal before told floor {first.feedback[-1].message.floor}, the first of the new one floor "
             f"{second.feedback[0].message.floor}.",
             f"{heard}",
@@ -180,6 +182,26 @@ def expect_no_step_of_its_own(first: Goal, waited: Goal, newest: Goal) -> None:
             "A goal that waits for its first step must make none when a new goal is accepted; "
             f"{counted(len(waited.feedback))} of it came."
         )
+
+
+def expect_no_step_when_cancelled(first: Goal, waited: Goal) -> None:
+    """A goal that was cancelled must have made no step, when the one before it still moved the cabin then."""
+    if not (waited.cancel_accepted and first.feedback):
+        return
+    end = first.feedback[-1]
+    known = end.published > waited.cancel_answered + NOTED + time.time() - time.monotonic()
+    moved = {*floors_heard(waited)} - {end.message.floor}  # one that tells where it begins has not moved so
+    if known and moved:
+        raise Wrong(
+            "A goal that is cancelled while it waits for its first step must make no step: its cancel was accepted "
+            "while the goal before it was still moving the cabin. "
+            f"{counted(len(waited.feedback))} of it came."
+        )
+
+
+def makes_more_steps(goal: Goal) -> bool:
+    """Whether a goal began a step after its cancel was accepted, which the test of a cancel judges."""
+    return bool(goal.cancel_answered) and published_later(goal, goal.cancel_answered) > 1
 
 
 def expect_turns(seen: Preemption) -> None:
@@ -281,8 +303,8 @@ def expect_so_far(ride: Ride, about: str, place: bool = True) -> None:
         )
     if place and heard and goal.result.floor != heard[-1]:
         raise Wrong(
-            f"`floor` in the result of {about} must say where the cabin is. It says {goal.result.floor}, and the last "
-            f"feedback told floor {heard[-1]}.",
+            f"`floor` in the result of {about} must say where the cabin is, and each step must be reported by a "
+            f"feedback message. `floor` says {goal.result.floor}, and the last feedback told floor {heard[-1]}.",
             f"heard {heard}",
         )
 
@@ -336,18 +358,24 @@ def expect_preempted_result(seen: Preemption) -> bool:
 
 def expect_waiting_result(seen: Preemption) -> bool:
     """The result of a goal that was aborted while it waited must say so; False when there is none."""
-    if not seen.running or len(seen.rides) < 3 or seen.rides[1].end != "ABORTED":
+    return expect_result_of_waiting(seen, "ABORTED", "aborted")
+
+
+def expect_result_of_waiting(seen: Preemption, end: str, how: str) -> bool:
+    """The same for a goal that ended as `end` while it waited."""
+    if not seen.running or len(seen.rides) < 3 or seen.rides[0].still or seen.rides[1].end != end:
         return False
     first, waited = seen.rides[0].goal, seen.rides[1].goal
     passed = way(first)[Busy.STEPS - 1 :]  # from the floor at which the other goals were sent
     if waited.feedback or not passed:
         return False
-    near = {place + by for place in passed for by in (-1, 0, 1)}
+    last = [first.result.floor] if first.status else []  # what was told of the last steps may be lost
+    near = {place + by for place in (*passed, *last) for by in (-1, 0, 1)}
     after = floors_heard(seen.rides[2].goal)  # it may hear of its end when the newest goal has had the cabin
     stops, floor = list(waited.result.stops), waited.result.floor
     if stops or floor not in near.union(after):
         raise Wrong(
-            "The result of a goal that was aborted while it waited must say that it has stopped nowhere, and where the "
+            f"The result of a goal that was {how} while it waited must say that it has stopped nowhere, and where the "
             f"cabin is. It says {len(stops)} stops and floor {floor}, and the cabin was at floor {passed[0]}.",
             f"cabin at {passed}, then at {after}, result {waited.result}",
         )
@@ -370,7 +398,8 @@ def expect_result(program: Program, run: Encounter, how: str) -> None:
     printed = {*numbers(program.output)}
     if not {*run.result.stops, run.result.floor} <= printed:
         missing = "" if run.result.floor in printed else ", and not the floor"
-        did = f"printed {len({*run.result.stops} & printed)} of {len(run.result.stops)} stops{missing}"
+        shown = (Counter(run.result.stops) & Counter(numbers(program.output))).total()
+        did = f"printed {shown} of {len(run.result.stops)} stops{missing}"
         raise Wrong(
             f"The client must print the result, its stops and its floor, however the goal ended. Here it {how}, "
             f"and the client {did if run.result.stops else 'did not print the floor'}.",
@@ -379,10 +408,10 @@ def expect_result(program: Program, run: Encounter, how: str) -> None:
     stops = list(run.result.stops)
     told = [number for number in numbers(program.output) if number in stops]
     if stops and not any(told[at : at + len(stops)] == stops for at in range(len(told))):
+        twice = ", the first and the last at the same floor," if stops[0] == stops[-1] else ""
         raise Wrong(
             "The client must print all stops of the result in their order, also a floor that comes twice. Here the "
-            f"result had {len(stops)} stops, the first and the last at the same floor, and the client printed them "
-            "otherwise.",
+            f"result had {len(stops)} stops{twice} and the client printed them otherwise.",
             f"sent {run.result}, shown: {program.output}",
         )
 

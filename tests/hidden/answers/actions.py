@@ -1215,6 +1215,17 @@ WRONG = {
         server((CANCEL, CANCEL.replace("break", "return Lift.Result()"))),
         {"cancelled_result"},
     ),
+    "a goal that is cancelled before its first step has an empty result": (
+        server(
+            (
+                CANCEL,
+                CANCEL.replace("break", "return Lift.Result(stops=stops, floor=self.floor) if moved else Lift.Result()")
+                + "            moved = True\n",
+            ),
+            (PERIOD, "        moved = False\n" + PERIOD),
+        ),
+        {"cancelled_result"},
+    ),
     "a cancel past the middle of a step moves the cabin on, untold": (
         server(
             (
@@ -1477,6 +1488,10 @@ WRONG = {
         ),
         {"cancel_while_waiting"},
     ),
+    "looks for a cancel when a step is over, and not before": (
+        server((CANCEL, ""), (PUBLISH, PUBLISH + CANCEL)),
+        {"cancel_while_waiting"},
+    ),
     "cancels every goal after the one that was cancelled": (
         server(
             ("        return CancelResponse.ACCEPT", "        self.asked = True\n        return CancelResponse.ACCEPT"),
@@ -1551,6 +1566,16 @@ WRONG = {
             ),
         ),
         {"preempt_waiting"},
+    ),
+    "a step under way is not reported when a new goal comes": (
+        server(
+            (
+                PUBLISH,
+                "            if left and self.newest is not goal_handle:\n"
+                "                goal_handle.abort()\n                break\n" + PUBLISH,
+            )
+        ),
+        {"preempt"},
     ),
     "a preempted goal succeeds": (
         server(
@@ -1969,6 +1994,10 @@ WRONG = {
         client((", now at {end.result.floor}", "")),
         {"client_shows_result"},
     ),
+    "client shows the stops of the result from the last to the first": (
+        client(("stops {list(end.result.stops)}", "stops {list(end.result.stops)[::-1]}")),
+        {"client_shows_result"},
+    ),
     "client sorts the stops of the result": (
         client(("stops {list(end.result.stops)}", "stops {sorted(end.result.stops)}")),
         {"client_shows_result"},
@@ -2190,6 +2219,15 @@ WRONG = {
     "client waits for a server for ever": (client(("timeout_sec=1.5", "timeout_sec=None")), {"client_without_server"}),
     "client says nothing without a server": (
         client(("            return 'NO SERVER for /lift'", "            sys.exit(1)")),
+        {"client_without_server"},
+    ),
+    "client says ABORTED without a server": (client(("'NO SERVER for /lift'", "'ABORTED'")), {"client_without_server"}),
+    "client ends by an exception without a server": (
+        client(("return 'NO SERVER for /lift'", "raise RuntimeError('no server for /lift')")),
+        {"client_without_server"},
+    ),
+    "client prints a dash without a server": (
+        client(("            return 'NO SERVER for /lift'", "            sys.exit('-')")),
         {"client_without_server"},
     ),
     "client says REJECTED without a server": (
