@@ -39,7 +39,7 @@ def runs(bench: Bench) -> ClientRuns:
     a, b = (rng.choice([-1, 1]) * (rng.randrange(10, 900) + rng.choice([0.25, 0.5, 0.75])) for _ in "ab")
     operation = rng.choice(["subtract", "multiply", "divide"])
     result = -rng.randrange(1_000_000_000, 9_000_000_000) - 0.5  # with its decimal, all digits that most formats lose
-    # As a message may be: of two lines, longer than a line, with capitals, two blanks in a row and at both ends, letters
+    # As a message may be: of two lines, longer than one, with capitals, two blanks in a row and at both ends, letters
     # outside of ASCII, what a template has (% and {}), and punctuation at its end too.  With a result, which means
     # nothing in a refusal.
     start = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}"

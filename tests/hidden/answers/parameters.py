@@ -867,9 +867,11 @@ WRONG = {
             ),
             (
                 "            self.get_logger().info(f'{param",
-                "            if param.name in self.limits:\n"
-                "                self.limits[param.name] = param.value\n"
-                "            self.get_logger().info(f'{param",
+                (
+                    "            if param.name in self.limits:\n"
+                    "                self.limits[param.name] = param.value\n"
+                    "            self.get_logger().info(f'{param"
+                ),
             ),
         ),
         {"one_limit"},

@@ -1614,16 +1614,20 @@ WRONG = {
         motors(
             (
                 "        self.stopped = request.data\n        if self.stopped:\n            self.enabled = False\n",
-                "        if request.data:\n"
-                "            self.enabled = False\n"
-                "            time.sleep(0.03)\n"
-                "        self.stopped = request.data\n",
+                (
+                    "        if request.data:\n"
+                    "            self.enabled = False\n"
+                    "            time.sleep(0.03)\n"
+                    "        self.stopped = request.data\n"
+                ),
             ),
             ("import rclpy\n", "import time\n\nimport rclpy\n"),
             (
                 "'/motors/emergency_stop', self.emergency_stop)",
-                "'/motors/emergency_stop', self.emergency_stop,\n"
-                "                            callback_group=ReentrantCallbackGroup())",
+                (
+                    "'/motors/emergency_stop', self.emergency_stop,\n"
+                    "                            callback_group=ReentrantCallbackGroup())"
+                ),
             ),
             *THREADED,
             ("from rclpy.node", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.node"),

@@ -899,11 +899,13 @@ WRONG = {
             ("_, a, b, operation = remove_ros_args(args)", "_, a, b, operation, *more = remove_ros_args(args)"),
             (
                 "    rclpy.init(args=args)\n",
-                "    rclpy.init(args=args)\n"
-                "    if more:\n"
-                "        CalculatorClient().call(a, b, operation)\n"
-                "        print(USAGE)\n"
-                "        return 2\n",
+                (
+                    "    rclpy.init(args=args)\n"
+                    "    if more:\n"
+                    "        CalculatorClient().call(a, b, operation)\n"
+                    "        print(USAGE)\n"
+                    "        return 2\n"
+                ),
             ),
         ),
         {"client_arguments"},
@@ -912,11 +914,13 @@ WRONG = {
         client(
             (
                 "    try:\n        _, a, b, operation",
-                "    rclpy.init(args=args)\n"
-                "    if not CalculatorClient().client.wait_for_service(timeout_sec=1.5):\n"
-                "        print('No answer from /calculator: is calculator_server.py running?')\n"
-                "        return 3\n"
-                "    try:\n        _, a, b, operation",
+                (
+                    "    rclpy.init(args=args)\n"
+                    "    if not CalculatorClient().client.wait_for_service(timeout_sec=1.5):\n"
+                    "        print('No answer from /calculator: is calculator_server.py running?')\n"
+                    "        return 3\n"
+                    "    try:\n        _, a, b, operation"
+                ),
             ),
             ("        return 2\n    rclpy.init(args=args)\n", "        return 2\n"),
         ),
