@@ -153,6 +153,14 @@ def test_robot_graph_and_inspector_show_the_notebook_that_one_looks_at(lab, page
     page.get_by_role("tab", name="other.ipynb").click()
     expect(services).to_contain_text("/greet")
     expect(services).not_to_contain_text("/world")
+    # With the robot in front, a page that is loaded again shows the notebook in sight, which is not the last opened.
+    with page.expect_request(lambda request: "/api/workspaces/" in request.url and request.method == "PUT"):
+        page.get_by_role("tab", name="one.ipynb").click()
+        view.locator("canvas").click()
+    page.goto(f"{lab[0]}/lab?token={lab[1]}")
+    expect(view).to_contain_text("room: office")
+    expect(services).to_contain_text("/world/reset")
+    expect(services).not_to_contain_text("/greet")
 
 
 def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the_next_one_is_found(lab, page):

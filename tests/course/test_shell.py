@@ -206,7 +206,7 @@ def terminal(folder, environment):
 def test_a_terminal_tells_its_session_and_types_the_chapters_commands(kernel, terminal):
     domain = kernel.run("print(ros.domain_id)")
     terminal.read_until(rf"~ \(domain {domain}\)")
-    terminal.type("ros2 node list\n")
+    terminal.type("\x13ros2 node list\n")  # Ctrl+S, which saves a notebook, does not hold the terminal up
     terminal.read_until(r"[\r\n]/calculator_server\r\n")
     terminal.type("python3 calculator_client.py 15.5 3.2 add\n")
     terminal.read_until(r"18\.7")

@@ -129,11 +129,20 @@ export const main: JupyterFrontEndPlugin<void> = {
   requires: [INotebookTracker],
   activate: (app: JupyterFrontEnd, tracker: INotebookTracker) => {
     void app.restored.then(() => {
+      takeTheOneInSight(app, tracker);
       keepInFront(app, tracker);
       tracker.widgetAdded.connect((_, panel) => void panel.revealed.then(() => besideNotebooks(app, tracker, panel)));
     });
   }
 };
+
+/** With a panel in front, JupyterLab takes the notebook that it has restored last for the current one: take the one in sight. */
+function takeTheOneInSight(app: JupyterFrontEnd, tracker: INotebookTracker): void {
+  const seen = tracker.find(each => each.isVisible);
+  if (seen && !tracker.currentWidget?.isVisible) {
+    app.shell.activateById(seen.id);
+  }
+}
 
 /** Bring the last notebook to the front again if the page was loaded at the address of the start page. */
 function keepInFront(app: JupyterFrontEnd, tracker: INotebookTracker): void {
