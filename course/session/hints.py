@@ -65,9 +65,11 @@ from course.session.source import (
     functions,
     hidden_method,
     hides_rclpy,
+    inside,
     methods,
     misspelt_init,
     name_of,
+    named,
     no_result,
     node_classes,
     outside_of_its_class,
@@ -231,6 +233,15 @@ def _unknown_field(found: re.Match[str], source: str) -> str:
     fields = _fields(message, part, source)
     if part in ("Request", "Response") and name not in fields and (swapped := response_first(source)):
         return swapped
+    if part == "Request" and name not in fields and name in _fields(message, "Response", source):
+        tree = parse(source)
+        for function in named(tree, service_callbacks(tree)):
+            for node in (each for each in inside(function) if isinstance(each, ast.Assign)):
+                if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == f"{message}.Request":
+                    return (
+                        f"`{ast.unparse(node)}` makes a request. Set the fields of the response that '{function.name}' "
+                        "is given, and return that."
+                    )
     if (part, name) == ("Goal", "request") and name not in fields:
         return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
@@ -869,7 +880,8 @@ def _not_declared(found: re.Match[str], source: str) -> str:
             )
     texts = (argument(call, 0, "name") for call in calls(tree, "declare_parameter"))
     known = [str(each.value) for each in texts if isinstance(each, ast.Constant)]
-    near = difflib.get_close_matches(found[1], known, 1, 0.8)
+    near = [each for each in known if each.lower() == found[1].lower()]  # in other capitals
+    near = near or difflib.get_close_matches(found[1], known, 1, 0.8)
     if not declared and (near := near or [each for each in known if found[1] == f"self.{each}"]):
         return f"No parameter '{found[1]}' is declared. Did you mean '{near[0]}'?"
     return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."

@@ -31,6 +31,15 @@ ADD = "from example_interfaces.srv import AddTwoInts"
 FIBONACCI = "from example_interfaces.action import Fibonacci"
 TIMES = "TypeError: unsupported operand type(s) for -: 'Time' and 'Time'"
 VALUE = "TypeError: unsupported operand type(s) for *: 'ParameterValue' and 'float'"
+NO_SUCCESS = "AttributeError: 'Trigger_Request' object has no attribute 'success'"
+UNDECLARED = "rclpy.exceptions.ParameterNotDeclaredException: ('Invalid access to undeclared parameter(s)', []): Kp"
+REQUEST_MADE = """from std_srvs.srv import Trigger
+class A(Node):
+    def __init__(self):
+        self.create_service(Trigger, 'a', self.answer)
+    def answer(self, request, response):
+        response = Trigger.Request()
+"""
 NOTHING = "TypeError: 'NoneType' object is not subscriptable"
 FIRST = "class A(Node):\n    def __init__(self):\n        self.far = None"
 UNNAMED = "TypeError: Node.__init__() missing 1 required positional argument: 'node_name'"
@@ -125,6 +134,14 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "until a",
         ),
         ("TypeError: 'bool' object is not callable", "", "if request.data():", "leave out the brackets after it."),
+        (
+            NO_SUCCESS,
+            REQUEST_MADE,
+            "",
+            "`response = Trigger.Request()` makes a request. Set the fields of the response that",
+        ),
+        (NO_SUCCESS, REQUEST_MADE.replace("Request", "Response"), "", "A request of Trigger has no field"),
+        (UNDECLARED, "self.declare_parameter('kp', 1.0)", "", "No parameter 'Kp' is declared. Did you mean 'kp'?"),
         ("TypeError: 'NoneType' object is not callable", "", "a = self.client()", "check where it gets its value"),
         ("TypeError: 'list' object is not callable", "", "return max(ranges())", "check where it gets its value"),
         (UNNAMED, "class A(Node):\n    def init(self):\n        super().__init__('a')", "", "you have `init`."),
