@@ -51,6 +51,7 @@ TOLD = 300  # characters shown of what a program offers instead
 NOTHING_YET = (
     "The node has no topics and no services of its own. Does the program wait for something before it makes them?"
 )
+ANYTHING = "what the task asks for"  # where nothing is named that a program does not offer
 GOES_ON = "it must run until it is stopped, so main() must spin the node, and no callback may end the program"
 
 Answer = TypeVar("Answer")
@@ -202,7 +203,7 @@ class Lifecycle(ABC):
         if self.state is State.SERVING and wanted in self._offered:
             return
         if self._without_node or not self.tries:
-            raise self._shows_no_node(wanted, self._without_node or START)
+            raise self._shows_no_node(" and ".join(wanted) or ANYTHING, self._without_node or START)
         waited = 0.0
         for limit in self.tries:
             if self.state is State.DOWN:
@@ -272,7 +273,7 @@ class Lifecycle(ABC):
         return self.program.alive and not self.missing(wanted)
 
     def _why_not_up(self, wanted: tuple[str, ...], waited: float) -> Fault:
-        promise = self._promise(wanted)
+        promise = " and ".join(self.missing(wanted) or wanted) or ANYTHING
         if not self.program.alive:
             self.program.wait(REAPED)
             if self.program.exit_status == 0:
@@ -292,15 +293,12 @@ class Lifecycle(ABC):
             )
         if waited < LEAST:
             return TimedOut(USED_UP)
-        return self._shows_no_node(wanted, waited)
+        return self._shows_no_node(promise, waited)
 
-    def _promise(self, wanted: tuple[str, ...]) -> str:
-        return " and ".join(self.missing(wanted) or wanted) or "what the task asks for"
-
-    def _shows_no_node(self, wanted: tuple[str, ...], waited: float) -> Fault:
+    def _shows_no_node(self, promise: str, waited: float) -> Fault:
         return TimedOut(
             f"{self.file} was started, but within {waited:.0f} s no node appeared, and it never offered "
-            f"{self._promise(wanted)}: does the program wait for something before it creates its node?"
+            f"{promise}: does the program wait for something before it creates its node?"
         )
 
     def _on_silence(self, what: str, limit: float) -> tuple[Fault, bool]:

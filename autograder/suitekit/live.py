@@ -106,7 +106,7 @@ class LiveProgram(Lifecycle):
 
         Its file has one try if there was no node in one other world, and none if there was none in two.
         """
-        return ((), super().tries[1:], super().tries)[max(0, 2 - self.bench.nodeless[self.file])]
+        return super().tries[self.bench.nodeless[self.file] :]
 
     def never_shows_a_node(self) -> None:
         """Note it for the other worlds in which the same file is started."""

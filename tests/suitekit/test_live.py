@@ -93,3 +93,5 @@ def test_a_file_that_shows_no_node_in_one_world_is_waited_for_briefly_in_the_oth
     assert one.tries == () and other.tries == before
     with pytest.raises(TimedOut, match="lift.py was started, but within 20 s no node appeared"):
         LiveProgram(bench, "lift.py").up()
+    with pytest.raises(TimedOut, match="and it never offered the service /block: does the program wait"):
+        LiveProgram(bench, "lift.py").up(offer("/block"))
