@@ -7,6 +7,7 @@ from pathlib import Path
 from course.session.failure_report import frame_at, text_at
 from course.session.node_process import NodeProcess
 from course.session.source import CALLBACKS, argument, calls, functions, name_of, named, parse
+from course.session.unmeant import NOW
 from course.session.watch import Handle
 
 LOOKS = re.compile(r"\b(?:is_cancel_requested|is_active|status|STATUS_CANCELING|goal_cancelled)\b")
@@ -90,9 +91,6 @@ def unseen_scans(file: str) -> str:
                 f"at which a scan comes in '{heard[0].name}'."
             )
     return ""
-
-
-NOW = ("now", "monotonic", "time", "perf_counter")
 
 
 def _of_self(call: ast.Call) -> bool:
