@@ -145,16 +145,13 @@ class HandedIn:
 
     @property
     def summary(self) -> str:
-        """Return a sentence on the passed checks, or why they could not be run; '' if they were not requested.
-
-        It also names what is missing, because the check of a file passes with what its cell would write.
-        """
+        """Return a sentence on the checks, passed or not run, and on missing files; '' if none was requested."""
         if not self.checks:
             return self.unchecked
         passed = sum(outcome == cells.PASSED for outcome in self.checks.values())
         files = " and ".join(self.missing)
-        but = f", but {files} {'was' if len(self.missing) == 1 else 'were'} not handed in" if files else ""
-        return f"{passed} of {len(self.checks)} public checks passed{but}."
+        gone = f"; {files} {'was' if len(self.missing) == 1 else 'were'} not handed in" if files else ""
+        return f"{passed} of {len(self.checks)} public checks passed{gone}."
 
     @property
     def kept(self) -> str:

@@ -64,7 +64,8 @@ def outcomes(
 ) -> dict[str, str]:
     """Return the outcome of each public check of a notebook with these `files`: "passed", or "not yet: " and why.
 
-    `folder` must be empty: `files`, not the exercise cells, are written there.  `tell` is called with the number of
+    `folder` must be empty: `files`, not the exercise cells, are written there, and nothing of a cell whose file is not
+    among them.  `tell` is called with the number of
     checks done and their total after each check.
     """
     wanted = [cells[number] for number in needed_cells(cells)]
@@ -96,8 +97,10 @@ def outcomes(
 
 def _source(cell: Cell, files: Mapping[str, bytes]) -> str:
     name = written_by(cell)
-    if name not in files:
+    if not name:
         return cell.source
+    if name not in files:
+        return ""
     first = cell.source.lstrip("\n").partition("\n")[0]
     return f"{first}\n{files[name].decode(errors='replace')}"
 

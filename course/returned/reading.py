@@ -57,7 +57,7 @@ def _none_yet(folder: Path, assignments: list[str]) -> str:
     """Return why there is no feedback in a folder, and what to do."""
     if not assignments or nbgrader_exchange.folder() is None:
         return (
-            f"there is no feedback in {folder.absolute()} yet: run `course feedback FILE` in a terminal, with the page "
+            f"there is no feedback in {folder.absolute()} yet: `course feedback FILE` in a terminal shows the page "
             "or archive that you received"
         )
     exercise = assignments[0]

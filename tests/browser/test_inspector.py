@@ -62,11 +62,15 @@ def check_a_parameter(panel) -> None:
     panel.get_by_role("button", name="Set", exact=True).click()
     expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
     expect(speed).to_have_value("5")  # with the reason below
+    limit.fill("x")
+    panel.get_by_role("button", name="Set", exact=True).click()
+    expect(panel).to_contain_text("Not sent. One field needs another look. The timeline below is that of the last one")
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
     expect(speed).to_have_value("1.0")
     panel.get_by_label("What to do").select_option("Send a goal")
     expect(panel).to_contain_text("s until it is accepted")
+    expect(limit).to_have_value("5")  # what was wrong in another form is not brought along
 
 
 def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph_shows_it(lab, page):

@@ -92,7 +92,7 @@ def test_an_archive_holds_the_files_as_they_are_and_a_receipt(folder):
     assert ran.stderr == ""
 
 
-def test_a_file_that_is_missing_is_told_beside_the_check_that_its_cell_passes(folder):
+def test_a_file_that_is_missing_fails_its_check_though_its_cell_would_pass(folder):
     solution = CHECK | {"solution": True, "grade": False, "locked": False}
     text = notebook(
         (f"%%exercise server.py --no-start\n{SERVER}", solution | {"grade_id": "file"}),
@@ -102,7 +102,8 @@ def test_a_file_that_is_missing_is_told_beside_the_check_that_its_cell_passes(fo
     (folder / "greeter.ipynb").write_text(text)
     ran = run(folder, "--yes")
     assert ran.returncode == 0, ran.stderr
-    assert "1 of 1 public checks passed, but client.py was not handed in." in ran.stdout
+    assert "says-client: not yet: FileNotFoundError" in ran.stdout
+    assert "0 of 1 public checks passed; client.py was not handed in." in ran.stdout
 
 
 @pytest.mark.parametrize(("answer", "told"), [("YOUR ANSWER HERE", True), ("Because it may fail.", False)])

@@ -1,7 +1,7 @@
 // The exercise panel: checks, points, hints by grade, what was edited since its last run, reset, hand in.
 
 import { Dialog, showDialog, showErrorMessage } from '@jupyterlab/apputils';
-import { Cell } from '@jupyterlab/cells';
+import { Cell, ICellModel } from '@jupyterlab/cells';
 import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { Contents } from '@jupyterlab/services';
 import { checkIcon } from '@jupyterlab/ui-components';
@@ -86,15 +86,16 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
   React.useEffect(() => setAsked(false), [panel, waits]);
   const [state, setState] = React.useState<State | null>(null);
   const [failed, setFailed] = React.useState('');
-  const [running, setRunning] = React.useState<string[]>([]); // the checks that run, until their result is known
+  const [running, setRunning] = React.useState<Begun>({}); // the checks that run or wait, until their result is known
   React.useEffect(() => {
     setState(null);
-    setRunning([]);
+    setRunning({});
     if (!panel) {
       return;
     }
     let timer = 0;
     let gone = false;
+    const order: ICellModel[] = []; // of the cells that were run, in which the kernel takes them
     const every = window.setInterval(() => {
       if (panel.context.isReady && !document.hidden) {
         void look();
@@ -106,7 +107,7 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
         if (!gone) {
           setState(before => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
           setFailed('');
-          setRunning(runningIn(panel));
+          setRunning(begunIn(panel, order));
         }
       } catch (error) {
         if (!gone) {
@@ -114,8 +115,11 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
         }
       }
     };
-    const begun = () => setRunning(before => [...new Set([...before, ...runningIn(panel)])]);
-    const scheduled = () => void window.setTimeout(begun, 0); // then JupyterLab has marked the cell
+    const begun = () => setRunning(before => ({ ...before, ...begunIn(panel, order) }));
+    const scheduled = (_: unknown, { cell }: { cell: Cell }) => {
+      order.push(...order.splice(0).filter(each => each !== cell.model && !each.isDisposed), cell.model);
+      window.setTimeout(begun, 0); // then JupyterLab has marked the cell
+    };
     NotebookActions.executionScheduled.connect(scheduled);
     const later = () => {
       window.clearTimeout(timer);
@@ -195,7 +199,7 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
       </div>
       {asked && waits && <FirstCell current={current} link={link} />}
       <ul className="ros-Parts" aria-label="Checks and questions">
-        {state.parts.map(part => ({ ...part, runs: running.includes(part.name) })).map(part => (
+        {state.parts.map(part => ({ ...part, runs: running[part.name] })).map(part => (
           <li key={part.name} className={part.runs ? '' : part.done ? 'ros-mod-done' : part.failed ? 'ros-mod-failed' : ''}>
             <button
               onClick={() => (checks.has(part.name) ? run([part.name]) : void show(panel, part.name))}
@@ -207,7 +211,7 @@ function Exercise({ current, contents, hints }: Props): JSX.Element {
               {part.runs ? '…' : part.done ? '✓' : part.failed ? '✗' : '○'}
             </span>
             <span className="ros-part">
-              <strong>{part.name}</strong>: {part.runs ? 'running' : part.state}{' '}
+              <strong>{part.name}</strong>: {part.runs || part.state}{' '}
               <span className="ros-quiet">(up to {part.points} points)</span>
             </span>
             {part.more && !part.runs && <pre className="ros-more">{part.more}</pre>}
@@ -415,10 +419,16 @@ function filesOf(panel: NotebookPanel): File[] {
   return files;
 }
 
-/** The names of the graded cells that run, or wait for those that do. */
-function runningIn(panel: NotebookPanel): string[] {
+/** Graded cells that were run and have not ended, by name: the kernel runs the first and has the others wait. */
+type Begun = { [name: string]: string };
+
+function begunIn(panel: NotebookPanel, order: ICellModel[]): Begun {
   const runs = (model: any) => model.type === 'code' && model.executionState === 'running';
-  return panel.isDisposed ? [] : panel.content.widgets.filter(cell => runs(cell.model)).map(cell => nameOf(cell.model));
+  const models = panel.isDisposed ? [] : panel.content.widgets.map(cell => cell.model).filter(runs);
+  models.sort((one, other) => order.indexOf(one) - order.indexOf(other)); // one begun before this panel comes first
+  return Object.fromEntries(
+    models.map((model, place) => [nameOf(model), place ? 'waiting for the cell that runs' : 'running'])
+  );
 }
 
 function nameOf(cell: any): string {

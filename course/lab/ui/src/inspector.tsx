@@ -303,6 +303,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   const [timeout, setTimeout] = useKept(memory, 'timeout', '5');
   const [rate, setRate] = useKept(memory, `${key} rate`, '');
   const [looked, setLooked] = React.useState<Looked>({ wrong: {}, python: '', ros2: '' });
+  const [refused, setRefused] = React.useState(false); // true if what was to be sent had an error, until it has none
   const [failed, setFailed] = React.useState('');
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
   const [reading, setReading] = React.useState(0);
@@ -312,6 +313,9 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
     setGiven(given);
   };
   React.useEffect(() => {
+    if (!(Number(timeout) > 0)) {
+      setTimeout('5'); // an error typed into another form is none of this one's
+    }
     if (exchange === null) {
       link.request('inspector.latest', { kind, name }).then(
         (found: Sent | null) => found && !memory.has(`${key} exchange`) && setExchange(found.number),
@@ -385,6 +389,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
     try {
       const found: Looked = await link.request('inspector.look', asked);
       setLooked(found);
+      setRefused(Object.keys(found.wrong).length > 0);
       if (Object.keys(found.wrong).length === 0) {
         const number: string = await link.request('inspector.send', asked);
         setExchange(number);
@@ -489,7 +494,11 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         </div>
         <div role="status">
           {count > 0 && (
-            <p className="ros-wrong">{count === 1 ? 'One field needs' : `${count} fields need`} another look.</p>
+            <p className="ros-wrong">
+              {refused && 'Not sent. '}
+              {count === 1 ? 'One field needs' : `${count} fields need`} another look.
+              {refused && exchange !== null && ' The timeline below is that of the last one sent.'}
+            </p>
           )}
           {looked.wrong[RATE] && <p className="ros-wrong">{looked.wrong[RATE]}</p>}
           {looked.wrong[LIMIT] && <p className="ros-wrong">Wait at most: {looked.wrong[LIMIT]}</p>}
