@@ -65,6 +65,7 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     assert SERVER.splitlines()[5] in content["greeter.ipynb"].decode()  # the notebook was saved first
 
 
+@pytest.mark.matrix  # tests/browser/test_inspector.py loads a page again
 def test_a_page_that_is_loaded_again_meanwhile_says_what_was_handed_in(lab, page):
     _, _, served = lab
     path = write_greeter(served / "meanwhile")

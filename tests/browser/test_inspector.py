@@ -285,6 +285,7 @@ def left(lab):
     path.touch()
 
 
+@pytest.mark.matrix  # tests/lab/test_inspector.py has the servers, and the test above has the form
 def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are_told(lab, page, left):
     panel = begin(page, lab, "twice")
     (lab[2] / "twice/end").touch()

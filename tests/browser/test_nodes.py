@@ -247,6 +247,7 @@ def check_that_no_row_moves_on_a_phone(page, panel, folder) -> None:
     assert len(page.evaluate("window.places")) == 1
 
 
+@pytest.mark.matrix  # tests/lab/test_nodes.py tells them apart
 def test_nodes_of_one_name_are_told_apart_in_their_rows_and_in_the_log_and_no_row_moves_on_a_phone(lab, page):
     page.set_viewport_size({"width": 1280, "height": 800})
     panel = begin(page, lab, "twins")
@@ -292,6 +293,7 @@ new MutationObserver(() => {
 EMPTY = "Open a notebook: this panel shows what goes on in it."  # before JupyterLab has opened the notebook again
 
 
+@pytest.mark.matrix  # tests/browser/test_inspector.py loads a page again
 def test_a_page_that_is_loaded_again_says_that_it_connects_moves_no_terminal_and_has_all_lines_of_the_log(lab, page):
     """Also those of a node from before its restart."""
     panel = begin(page, lab, "kept")

@@ -372,6 +372,7 @@ def table_of(page, plot) -> list[list[str]]:
     return [row.split(",") for row in table.value.path().read_text().splitlines()][1:]
 
 
+@pytest.mark.matrix  # tests/browser/test_inspector.py loads a page again
 def test_a_plot_is_there_again_when_its_page_is_loaded_again_until_it_is_closed(lab, page):
     view = begin(page, lab, "again")
     start_world(view, "hall")

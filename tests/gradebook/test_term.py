@@ -23,6 +23,7 @@ from autograder.submissions import exercises, listing
 from autograder.submissions.roster import REMEMBERED, of_class
 from course import hand_in
 from course.returned import record
+from tests.chosen import each_night
 from tests.gradebook.test_nbgrader import formgrader_page
 
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type")  # nbgrader's own, about its sessions
@@ -321,7 +322,7 @@ def test_a_wrong_export_is_one_line(course, tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
-@pytest.mark.parametrize("size", [120, 200])
+@pytest.mark.parametrize("size", [each_night(120), 200])
 def test_a_gradebook_on_a_full_disk_is_one_line_and_goes_on(course, tmp_path, size):
     """The results are kept, and entered when there is room: sqlite tells of it in several ways."""
     small = tmp_path / "small"

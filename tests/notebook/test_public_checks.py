@@ -595,10 +595,10 @@ UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        (FREED, f"        self.floor *= request.data or not self.blocked\n{FREED}",
-         ", as before: the feedback of a goal for floors 0 and 9 must begin with ("),
-        each_night("time.sleep(period)", "time.sleep(min(0.5, period))",
-                   "started with a step_period of 0.7, its first step was reported after 0."),
+        ("time.sleep(period)", "time.sleep(min(0.5, period))",
+         "started with a step_period of 0.7, its first step was reported after 0."),
+        each_night(FREED, f"        self.floor *= request.data or not self.blocked\n{FREED}",
+                   ", as before: the feedback of a goal for floors 0 and 9 must begin with ("),
         each_night(UP, f"{UP}            if left[0] < self.floor and self.floor in left:\n"
                    "                stops.append(left.pop(left.index(self.floor, 1)))\n",
                    "a goal for floors 0 and 1 must stop at [0, 1] in this order, and said [1, 0]"),
@@ -763,7 +763,7 @@ STARTS_LATER = """
 # A line of a reference, another one in its place, and what a public check says of it: each breaks a sentence of a task.
 # Each run has one for each way in which a check asks, records or waits; the others belong to the night.
 SENTENCES = [
-    (
+    each_night(
         "actions",
         "lift-server",
         "lift_server.py",
@@ -819,7 +819,7 @@ SENTENCES = [
         CANCELED.replace("break", "return Lift.Result(floor=self.floor)"),
         ", and said stops=[], floor=",
     ),
-    each_night(
+    (
         "actions",
         "lift-server",
         "lift_server.py",
