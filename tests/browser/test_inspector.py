@@ -318,6 +318,29 @@ def test_two_servers_of_a_name_and_a_message_that_is_not_what_the_form_shows_are
     expect(panel).not_to_contain_text("either may answer")
 
 
+HELD = """import psutil
+(server,) = [each for each in psutil.process_iter(['cwd', 'cmdline'])
+             if each.info['cwd'] == str(pathlib.Path.cwd()) and 'servers.py' in (each.info['cmdline'] or [])]
+server.suspend()
+print('held')
+ros.until(pathlib.Path('go').exists, 600)
+server.resume()"""
+
+
+@pytest.mark.matrix  # a node on a busy machine
+def test_the_parameters_of_a_node_that_does_not_answer_are_asked_for_again(lab, page):
+    panel = begin(page, lab, "held")
+    (lab[2] / "held/end").touch()
+    wait_until_run(page)
+    run_cell(page, 2, HELD)
+    expect(cell(page, 2)).to_contain_text("held\n")
+    panel.get_by_label("What to do").select_option("Set a parameter")
+    expect(panel).to_contain_text("within 5 s")
+    (lab[2] / "held/go").touch()
+    expect(panel.get_by_role("combobox", name="Parameter", exact=True)).to_contain_text("speed")
+    expect(panel).not_to_contain_text("within 5 s")
+
+
 @pytest.mark.matrix  # tests/lab/test_inspector.py publishes at a rate
 def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel = begin(page, lab, "repeated")

@@ -37,6 +37,7 @@ const NOTHING: { [kind in Kind]: string } = {
   parameter: 'No node runs.'
 };
 const PAUSE = 250; // ms without typing until the form is read
+const AGAIN = 2000; // ms until a form is asked for again that did not come
 const INSPECTOR = 'ros2-course-inspector';
 
 export class InspectorPanel extends SidePanel {
@@ -329,21 +330,28 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       return;
     }
     let wanted = true;
+    let again = 0;
     typed.current = false;
-    setFailed('');
     link.request('inspector.form', { kind, name, type_name: type }).then(
       (found: Field[]) => {
         if (wanted) {
+          setFailed('');
           setFields(found);
           // A parameter's present value may differ from the one typed before.
           const kept = kind === 'parameter' && !typed.current ? {} : memory.get(`${key} given`);
           setGiven({ ...initial(found), ...kept });
         }
       },
-      error => wanted && setFailed(error.message)
+      error => {
+        if (wanted) {
+          setFailed(error.message);
+          again = fields === null ? window.setTimeout(() => setReading(reading + 1), AGAIN) : 0; // it may be held up
+        }
+      }
     );
     return () => {
       wanted = false;
+      window.clearTimeout(again);
     };
   }, [link, kind, name, type, reading, away]);
 
