@@ -37,8 +37,14 @@ MOUNT_TERMINALS = f"mount -t devpts -o newinstance,ptmxmode=0666,mode=620,max={T
 STAFF_ONLY = ("course-list", "create-assignment", "formgrader", "validate-assignment")  # of nbgrader's extensions
 STAFFS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, True)
 STUDENTS = {"assignment-list": True} | dict.fromkeys(STAFF_ONLY, False)
-# Of JupyterLab: news are from the internet, and a chart that was handed in reads the files of whoever opens it.
-NEVER = ("@jupyterlab/apputils-extension:announcements", "@jupyterlab/vega5-extension")
+# Of JupyterLab, as in environment/install: news are from the internet; a chart that was handed in reads the files of
+# whoever opens it, and a workspace that was handed in runs a script of its author.
+NEVER = (
+    "@jupyterlab/apputils-extension:announcements",
+    "@jupyterlab/apputils-extension:workspaces",
+    "@jupyterlab/vega5-extension",
+    "@jupyterlab/workspaces-extension",
+)
 
 
 def home(member: Member) -> str:

@@ -12,6 +12,7 @@ import nbformat
 import pytest
 from nbgrader.api import Gradebook
 
+from autograder.classroom.box import NEVER
 from tests.browser.conftest import ROOT, serving
 from tests.browser.pages import SERVER, choose, open_page, run_cell, write_greeter
 from tests.browser.test_one_world import tabs
@@ -82,13 +83,12 @@ def test_students_see_what_is_theirs_and_assignments_only_where_there_is_an_exch
 
 
 @pytest.mark.parametrize("profile", ["student", "instructor", "developer"])
-def test_nobody_is_asked_whether_to_get_news_or_shown_charts_of_vega(tmp_path, profile):
-    """JupyterLab asks, looks for updates, and draws what can read files, unless these parts of it are disabled."""
+def test_nobody_is_asked_whether_to_get_news_or_shown_what_acts_by_itself(tmp_path, profile):
+    """JupyterLab asks, looks for updates, and opens what reads files or runs scripts, unless parts are disabled."""
     disabled = json.loads((settings(tmp_path, profile) / "labconfig/page_config.json").read_text())[
         "disabledExtensions"
     ]
-    assert disabled["@jupyterlab/apputils-extension:announcements"] is True
-    assert disabled["@jupyterlab/vega5-extension"] is True
+    assert all(disabled[name] is True for name in NEVER)  # as in a class
 
 
 def test_instructors_keep_their_tabs(tmp_path):

@@ -1,6 +1,7 @@
 """Texts that are made to do something, in every panel and page: they are shown, and nothing is run or loaded."""
 
 import contextlib
+import json
 import os
 import urllib.parse
 from collections.abc import Iterator
@@ -292,6 +293,31 @@ def test_a_hostile_session_is_shown_by_every_panel_and_obeyed_by_none(lab, page)
         page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
         watch.check()
         expect(show_panel(page, "Nodes").get_by_role("button", name="/hostile running")).to_be_visible()
+
+
+SPACE = "nbgrader-formgrader:nbgrader-formgrader"  # a page that JupyterLab would open at the address of a workspace
+FILLED = {"dock": {"type": "tab-area", "currentIndex": 0, "widgets": [SPACE]}, "current": SPACE}
+UP = "%2e%2e/%2e%2e/%2e%2e/api/contents"  # from where JupyterLab would write a workspace
+WORKSPACES = {
+    "page": {
+        "data": {SPACE: {"data": {"url": f"javascript:top.{RUN}"}}, "layout-restorer:data": {"main": FILLED}},
+        "metadata": {"id": "evil"},
+    },
+    "path": {"data": {}, "metadata": {"id": f"{UP}/written.py"}, "type": "file", "format": "text", "content": "x"},
+}
+
+
+def test_a_workspace_that_was_handed_in_is_a_text(lab, page):
+    """JupyterLab would arrange itself by it: with a script in the place of a page, or as another file."""
+    address, token, folder = lab
+    (folder / "spaces").mkdir()
+    with watched(page) as watch:
+        for kind, content in WORKSPACES.items():
+            (folder / f"spaces/{kind}.jupyterlab-workspace").write_text(json.dumps(content))
+            page.goto(f"{address}/lab/tree/spaces/{kind}.jupyterlab-workspace?token={token}&reset")
+            expect(page.locator(".jp-FileEditor")).to_contain_text('"metadata"')
+            watch.check()
+    assert not (folder / "written.py").exists()
 
 
 def hostile_report(student: str) -> Report:
