@@ -31,6 +31,7 @@ from course.session.arguments import (
     wrong_kind,
 )
 from course.session.endings import around, ended_twice, refused_by_raising
+from course.session.field_values import no_value
 from course.session.imports import is_there, wrong_import
 from course.session.mixups import (
     NOT_THERE,
@@ -42,7 +43,6 @@ from course.session.mixups import (
     idle_lambda,
     line_tree,
     method_for_result,
-    method_for_value,
     never_set,
     not_a_future,
     not_called,
@@ -1405,7 +1405,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'method' object is not subscriptable", _method_indexed),
     (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
-    (r"field must be of type", method_for_value),
+    (r"'(\w+)' field must be of type", no_value),
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
     (UNCALLED, not_called),

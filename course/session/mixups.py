@@ -153,16 +153,6 @@ def not_called(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-def method_for_value(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a line that gives a field its own method, as in `response.message = self.state`."""
-    methods = {each.name for each in functions(parse(source)) if not each.decorator_list}
-    for node in ast.walk(line_tree(code)):
-        given = node.value if isinstance(node, (ast.Assign, ast.keyword)) else None
-        if isinstance(given, ast.Attribute) and name_of(given.value) == "self" and given.attr in methods:
-            return f"`{ast.unparse(given)}` is the method itself. Call it: `{ast.unparse(given)}()`."
-    return ""
-
-
 def _is_function(value: ast.Attribute | ast.Name, source: str) -> bool:
     """Return True if a name is that of a function of `time` or `threading`, or a clock's `now`."""
     text, name = ast.unparse(value), name_of(value)

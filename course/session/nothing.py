@@ -42,9 +42,15 @@ def attribute_of_nothing(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-def returned_nothing(source: str, code: str) -> str:
-    """Return the hint on something in a line that holds what a function without a `return` gave, or ''."""
+def returned_nothing(source: str, code: str, *, given: bool = False) -> str:
+    """Return the hint on something in a line that holds what a function without a `return` gave, or ''.
+
+    With `given`, the line is a value alone, which is None.
+    """
     for used in ast.walk(line_tree(code)):
+        whole = used.value if given and isinstance(used, ast.Expr) else None
+        if whole and (text := _ends_without_value(whole, whole, source, silent=True)):
+            return text
         if isinstance(used, (ast.BinOp, ast.Compare, ast.Subscript)):
             for value in (each for each in ast.iter_child_nodes(used) if isinstance(each, ast.expr)):
                 if text := _ends_without_value(value, value, source, silent=True):
