@@ -4,7 +4,7 @@ import ast
 import builtins
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from course.session.conditions import always, asked_by
@@ -24,12 +24,18 @@ from course.session.source import (
 )
 from course.session.unmeant import unmeant
 from course.session.unread import unread
+from course.session.unused import unused
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
 FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
 SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
 IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?::[^{}]*)?\}")
+MAKERS = re.compile(
+    r"create_(?:client|publisher|service|subscription|timer)|declare_parameters?|Action(?:Client|Server)"
+    r"|add_\w+_parameters_callback"
+)
+NUMBERS = re.compile(r"u?int\d+|float|double")
 ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
 
 
@@ -40,6 +46,7 @@ def slips(cell: str) -> list[str]:
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
+    found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -109,18 +116,57 @@ def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _after_the_end(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
-    """Yield logs that stand behind the `return` of their block, and so never run."""
+    """Yield logs, and parts of a node, that stand behind the `return` of their block, and so are never reached."""
     for function in functions(tree):
         for node in ast.walk(function):
             for part in ("body", "orelse"):
                 body = getattr(node, part, None)
                 for before, after in pairwise(body if isinstance(body, list) else ()):
-                    logs = any(next(calls(after, name), None) for name in SHOWN) and isinstance(after, ast.Expr)
-                    if isinstance(before, ast.Return) and logs:
+                    if isinstance(before, ast.Return) and (_logs(after) or _makes(after)):
                         yield (
                             after.lineno,
                             f"this never runs: the `return` of line {before.lineno - skipped} ends the function.",
                         )
+
+
+def _logs(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and any(next(calls(statement, name), None) for name in SHOWN)
+
+
+def _makes(statement: ast.stmt) -> bool:
+    """Return True if a statement makes a part of a node: `self.client = self.create_client(...)`."""
+    made = statement.value if isinstance(statement, (ast.Assign, ast.Expr)) else None
+    return isinstance(made, ast.Call) and MAKERS.fullmatch(name_of(made.func)) is not None
+
+
+def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
+    """Yield values with a sign that nobody writes: `total =+ step`, for `total += step`."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Assign) or isinstance(getattr(node.value, "operand", None), ast.Constant):
+            continue
+        target, written = (ast.get_source_segment(cell, each) or "" for each in (node.targets[0], node.value))
+        if written.startswith("+") and f"{target} ={written}" in (ast.get_source_segment(cell, node) or ""):
+            text = f"`{target} ={written}` sets it anew. To add to it, write `{target} += {written[1:].lstrip()}`."
+            yield node.lineno, text
+
+
+def _set_again(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield fields that two statements in a row set: `question.a = a`, `question.a = b`."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            body = getattr(node, "body", None)
+            for before, after in pairwise(body if isinstance(body, list) else ()):
+                first, second = (_field(each) for each in (before, after))
+                if first and first == second and first not in map(ast.unparse, ast.walk(after.value)):
+                    text = f"`{first}` is set here, and in line {before.lineno - skipped} just before it"
+                    yield after.lineno, f"{text}, whose value is lost. Is another field meant in one of the two?"
+
+
+def _field(statement: ast.stmt) -> str:
+    """Return the field of a message that a statement sets; '' for another one, and for an attribute of the node."""
+    target = statement.targets[0] if isinstance(statement, ast.Assign) and len(statement.targets) == 1 else None
+    of_a_name = isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name) and target.value.id != "self"
+    return ast.unparse(target) if of_a_name and target else ""
 
 
 def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:
@@ -184,9 +230,11 @@ def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
         for call in calls(tree, maker):
             fields, name = fields_of(tree, argument(call, *kind), part), name_of(argument(call, *callback))
             arrays = {field for field, each in fields.items() if ARRAY.fullmatch(each)}
-            for function in named(tree, {name}) if arrays else ():
+            for function in named(tree, {name}) if fields else ():
                 if len(function.args.args) >= -place:
-                    yield from _compared_with_lists(function, function.args.args[place].arg, arrays)
+                    given = function.args.args[place].arg
+                    yield from _compared_with_lists(function, given, arrays)
+                    yield from _of_another_kind(function, given, fields)
 
 
 def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:
@@ -199,6 +247,27 @@ def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Ite
                 always = "true" if isinstance(node.ops[0], ast.NotEq) else "false"
                 why = f"is always {always}: the field is an array, and no array is equal to a list"
                 yield node.lineno, f"`{ast.unparse(node)}` {why}. Write `list({text})`."
+
+
+def _of_another_kind(function: ast.AST, given: str, fields: Mapping[str, str]) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a field of a callback's argument with a constant of another type: `request.data == 'on'`."""
+    kinds = {f"{given}.{field}": kind for field, kind in fields.items()}
+    stored = {ast.unparse(node) for node in ast.walk(function) if isinstance(getattr(node, "ctx", None), ast.Store)}
+    for node in ast.walk(function):
+        if not (isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
+            continue
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            text, value = ast.unparse(one), getattr(other, "value", None)
+            kind, same = kinds.get(text, ""), "false" if isinstance(node.ops[0], ast.Eq) else "true"
+            of_numbers = kind == "boolean" or NUMBERS.fullmatch(kind)
+            if {given, text} & stored or not isinstance(other, ast.Constant):
+                continue
+            if (of_numbers and isinstance(value, str)) or (kind == "string" and isinstance(value, (bool, int, float))):
+                has, meant = ("a text", f"'{value}'") if kind == "string" else ("a number", "a number")
+                if kind == "boolean":
+                    has, meant = "True or False, not a text", f"`{text}` alone, or `not {text}`"
+                why = f"`{ast.unparse(node)}` is always {same}: the field is {has}."
+                yield node.lineno, f"{why} {'Use' if kind == 'boolean' else 'Compare it with'} {meant}."
 
 
 def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:

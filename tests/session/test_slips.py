@@ -353,6 +353,88 @@ def test_an_array_of_a_message_beside_a_list_is_told(condition, told):
     assert found.startswith(told) and bool(found) == bool(told)
 
 
+SERVES = """%%exercise motors.py
+from example_interfaces.srv import AddTwoInts
+from std_srvs.srv import SetBool, Trigger
+
+class Motors(Node):
+    def __init__(self):
+        super().__init__('motors')
+        self.create_service(SetBool, '/motors/enable', self.{enable})
+        self.create_service(Trigger, '/motors/status', self.{status})
+        self.create_service(AddTwoInts, '/add', self.add)
+        {register}
+
+    def enable(self, request, response):
+        {line}
+        return response
+
+    def status(self, request, response):
+        return response
+
+    def add(self, request, response):
+        {add}
+        return response
+
+    def check(self, params):
+        {check}
+
+    def changed(self, params):
+        for each in params:
+            if each.name == 'ki':
+                self.ki = each.value
+"""
+ALL = "self.add_on_set_parameters_callback(self.check); self.add_post_set_parameters_callback(self.changed)"
+RESULT = "return SetParametersResult(successful=True)"
+
+
+@pytest.mark.parametrize(
+    ("part", "written", "says"),
+    [
+        ("line", "self.on = request.data", ""),
+        ("line", "self.on = request.data == 'true'",
+         ("line 13: `request.data == 'true'` is always false: the field is True or False, not a text. Use "
+          "`request.data` alone, or `not request.data`.")),
+        ("line", "self.on = 'on' != request.data", "`'on' != request.data` is always true: the field is True or"),
+        ("line", "self.on = request.data == True", ""),
+        ("line", "request.data = str(request.data); self.on = request.data == 'True'", ""),
+        ("add", "self.big = request.a == '5'", "is always false: the field is a number. Compare it with a number."),
+        ("add", "self.big = request.a == 5 and response.sum == '5'", ""),
+        ("add", "self.total =+ request.a * 2",
+         "line 20: `self.total =+ request.a * 2` sets it anew. To add to it, write `self.total += request.a * 2`."),
+        ("add", "self.total = +request.a", ""),
+        ("add", "self.total =+ 5", ""),
+        ("add", "question.a = 1\n        question.a = 2",
+         ("line 21: `question.a` is set here, and in line 20 just before it, whose value is lost. Is another field "
+          "meant in one of the two?")),
+        ("add", "question.a = 1\n        question.a = question.a + 2", ""),
+        ("add", "question.a = 1\n        question.b = 2", ""),
+        ("status", "enable",
+         ("line 8: /motors/status is served by `self.enable`, and nothing uses the method `status`. Did you mean "
+          "`self.status`?")),
+        ("enable", "status", "line 7: /motors/enable is served by `self.status`, and nothing uses the method `enable`"),
+        ("check", "SetParametersResult(successful=False)\n        " + RESULT,
+         ("line 24: `SetParametersResult(...)` alone refuses and accepts nothing: write `return "
+          "SetParametersResult(...)`.")),
+        ("register", ALL.partition("; ")[0],
+         ("line 26: 'changed' looks at the parameters that it is given, and nothing calls or registers it: write "
+          "`self.add_post_set_parameters_callback(self.changed)` in `__init__`.")),
+        ("register", ALL.partition("; ")[2],
+         ("line 23: 'check' returns a SetParametersResult, and nothing calls or registers it: write "
+          "`self.add_on_set_parameters_callback(self.check)` in `__init__`.")),
+        ("register", f"return\n        self.timer = self.create_timer(1.0, self.tick)\n        {ALL}",
+         "line 11: this never runs: the `return` of line 10 ends the function."),
+        ("register", f"{ALL.partition('; ')[0]}; getattr(self, 'changed')", ""),
+    ],
+)  # fmt: skip
+def test_what_a_file_makes_and_does_not_use_is_told(part, written, says):
+    parts = {"enable": "enable", "status": "status", "register": ALL, "line": "self.on = True", "add": "self.n = 1"}
+    parts |= {"check": RESULT, part: written}
+    told = "\n".join(slips(SERVES.format(**parts)))
+    assert says in told and bool(says) == bool(told), told
+    assert says or not slips(SERVES.format(**parts).partition("\n")[2])
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
