@@ -4,10 +4,14 @@ import ast
 import difflib
 import inspect
 import re
+import sys
+from typing import Any
 
 import rclpy.action
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
+from course.session.mixups import line_tree
 from course.session.source import argument, calls, name_of, named, parse, service_callbacks, without_self
 
 # The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
@@ -56,6 +60,8 @@ def unknown_keyword(found: re.Match[str], source: str) -> str:
     """Return the hint on an argument that a function of rclpy does not take by this name."""
     owner, method, name = found.groups()
     function = getattr(OF_RCLPY.get(owner), method, None)
+    if method == "declare_parameter" and name in ParameterDescriptor.get_fields_and_field_types():
+        return f"`{name}` is a field of the descriptor, the third argument: `ParameterDescriptor({name}=...)`."
     if function is None or "Did you mean" in found.string:
         return ""
     takes = [each for each in inspect.signature(function).parameters if each != "self"]
@@ -174,3 +180,38 @@ def argument_count(found: re.Match[str], source: str) -> str:
     if name in without_self(source):
         return f"The first parameter of a method is `self`: `def {name}(self, ...)`."
     return ""
+
+
+LEVELS = ("debug", "info", "warn", "warning", "error", "fatal")
+
+
+def self_behind_super(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `super().__init__(self, 'my_node')`."""
+    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+        behind = isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) == "super()"
+        if behind and call.args and name_of(call.args[0]) == "self" and isinstance(call.args[0], ast.Name):
+            given = [ast.unparse(each) for each in (*call.args[1:], *call.keywords)]
+            return f"`super()` passes `self` already: write `{ast.unparse(call.func)}({', '.join(given)})`."
+    return ""
+
+
+def logged(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a logger that is given something else than a text."""
+    for level in LEVELS:
+        for call in calls(line_tree(code), level):
+            if len(call.args) == 1:
+                what = ast.unparse(call.args[0])
+                return f"A logger takes a text, and `{what}` is something else: write `{level}(str({what}))`."
+    return ""
+
+
+def node_without_quotes(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a name of a running node without its quotation marks, as an argument in a cell."""
+    module: Any = sys.modules.get("course.session.live")
+    session = module.current() if module else None
+    if session is None or "rclpy.init(" in source or found[1] not in session.node.get_node_names():
+        return ""
+    given = [each for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call) for each in node.args]
+    if not any(isinstance(each, ast.Name) and each.id == found[1] for each in given):
+        return ""
+    return f"The name of a node is a text, in quotation marks: `'{found[1]}'`."

@@ -25,8 +25,11 @@ from course.foundation.untrusted import read_regular
 from course.session.arguments import (
     argument_count,
     lambda_arguments,
+    logged,
+    node_without_quotes,
     order_of_arguments,
     response_first,
+    self_behind_super,
     unknown_keyword,
     wrong_kind,
 )
@@ -52,6 +55,7 @@ from course.session.mixups import (
     type_for_part,
 )
 from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
+from course.session.of_parameters import list_of_parameters, no_check_result
 from course.session.operands import time_without, unfit
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
 from course.session.parameter_files import unparsed
@@ -245,6 +249,17 @@ def _unknown_field(found: re.Match[str], source: str) -> str:
     if (part, name) == ("Goal", "request") and name not in fields:
         return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
+
+
+def _no_such_field(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute that a message, whose type the program imports, does not have."""
+    message, name = found[1], found[2]
+    fields = _fields(message, "", source)
+    if not fields or name in fields:
+        return ""
+    if more := [each for each in fields if each.startswith(name)]:
+        return f"Did you mean `{more[0]}`?"
+    return _has_fields(f"The message {message}", fields, name)
 
 
 def _wrapped(found: re.Match[str], source: str) -> str:
@@ -617,6 +632,8 @@ def _not_a_message(found: re.Match[str], source: str) -> str:
 
 
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
+    if words := unparsed(found.string):
+        return words
     if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
         return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
     return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
@@ -1122,6 +1139,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
     (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
+    (r"'(\w+)' object has no attribute '(\w+)'", _no_such_field),
     (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
     (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
@@ -1255,6 +1273,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"type must be an instance of '<enum 'Type'>'",
         _says("The second argument of `Parameter` is its type. Pass the value by name: `Parameter('x', value=2.0)`."),
     ),
+    (r"InvalidParameterValueException.*Callback returned an invalid type", no_check_result),
     (
         r"InvalidParameterValueException.*out of range",
         _says("The value, and the default too, must lie within the descriptor's range."),
@@ -1339,7 +1358,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"name '(\w+)' is not defined", _own_attribute),
     (r"^TypeError: ", unfit),
-    (r"Couldn't parse (?:parameter override rule|params file)", lambda found, source: unparsed(found.string)),
+    (
+        r"Couldn't parse (?:parameter override rule|params file)|UnknownROSArgsError",
+        lambda found, source: unparsed(found.string),
+    ),
 )
 
 NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
@@ -1397,6 +1419,10 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^(?:ModuleNotFoundError: No module named|NameError: name) '([\w.]+)'", library),
     (r"'NoneType' object does not support the context manager protocol", _without_a_context),
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
+    (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
+    (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),
+    (r"rclpy_logging_rcutils_log\(\): incompatible function arguments", logged),
+    (r"list indices must be integers or slices, not str", list_of_parameters),
     (r"^IndexError", _beam),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
     (NO_TEXT, _sent),

@@ -1,5 +1,6 @@
 """Files of parameters on a command line that are for no node of the program: ROS 2 says nothing about them."""
 
+import difflib
 import itertools
 import re
 from collections.abc import Collection, Iterator, Sequence
@@ -15,8 +16,15 @@ FLAG, MARK, ROS_ARGS = "--params-file", "ros__parameters", "--ros-args"
 SET = re.compile(r"([\w./]+):=")  # and not `node:name:=value`
 OVERRIDE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+)=(.*?)'")
 NO_VALUE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+):='")
-NO_RULE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']+)'")
+NO_RULE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']+):?'")
+DASH = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']*-[^\s:=']*):=(.*?)'")
+COMMA = re.compile(r"parameter '(\w+)' to '(-?\d+),(\d+)' of type 'STRING', expecting type 'DOUBLE'")
 UNKNOWN = re.compile(r"UnknownROSArgsError: \['([\w./]+:=[^']*)'")
+NO_OPTION = re.compile(r"UnknownROSArgsError: \['(--[\w-]+)'(?:, '([^']*)')?")
+OPTIONS = (FLAG, "--param", "--remap", "--log-level", "--enclave", "--log-config-file")
+UNREADABLE = re.compile(
+    r"Couldn't parse params file: '--params-file (.+?)'. Error: Error parsing a event near line (\d+)"
+)
 NO_FILE = re.compile(r"Couldn't parse params file: '--params-file (.+?)'. Error: Error opening YAML file")
 MOST = 1_000_000  # bytes of a file that is read
 
@@ -60,12 +68,35 @@ def unparsed(error: str) -> str:
         return f"A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`"
     if rule := NO_RULE.search(error):
         return f"The value follows the name with `:=` and without a blank: `-p {rule[1]}:=2.0`, for example."
+    if name := DASH.search(error):
+        meant = name[1].replace("-", "_")
+        return f"The name of a parameter has no `-`. Did you mean `-p {meant}:={name[2]}`?"
+    if number := COMMA.search(error):
+        return f"A number has a decimal point: `{number[2]}.{number[3]}`, not `{number[2]},{number[3]}`."
+    if option := NO_OPTION.search(error):
+        near = [FLAG] if (option[2] or "").endswith((".yaml", ".yml")) else []
+        near = near or difflib.get_close_matches(option[1], OPTIONS, 1)
+        return f"ROS 2 has no option `{option[1]}`. Did you mean `{near[0]}`?" if near else ""
+    if unreadable := UNREADABLE.search(error):
+        return _without_a_colon(unreadable[1], int(unreadable[2]))
     if unknown := UNKNOWN.search(error):
         return f"A parameter on a command line has `-p` before it: `-p {unknown[1]}`."
     if empty := NO_VALUE.search(error):
         return f"The value follows `:=` without a blank: `-p {empty[1]}:=2.0`, for example."
     if missing := NO_FILE.search(error):
         return f"The folder {Path.cwd().name}, in which the program runs, has no file {missing[1]}."
+    return ""
+
+
+def _without_a_colon(file: str, near: int) -> str:
+    """Return a sentence on the line of a file of parameters, `near` that line or next to it, that YAML cannot read."""
+    for number, line in list(enumerate(_text(Path(file)).splitlines(), 1))[max(0, near - 2) : near + 1]:
+        text = line.partition(" #")[0].strip()
+        if text and text[0] not in "#-[]{}\"'" and not re.search(r":(?:\s|$)", text):
+            return (
+                f"{file}, line {number}, `{one_line(text)}`: each value is written `name: value`, with a blank after "
+                "the colon, and a name above others ends with a colon."
+            )
     return ""
 
 

@@ -77,3 +77,43 @@ def test_a_parameter_without_its_option_is_told():
     said = unparsed("rclpy._rclpy_pybind11.UnknownROSArgsError: ['max_speed:=2.0']")
     assert said == "A parameter on a command line has `-p` before it: `-p max_speed:=2.0`."
     assert unparsed("rclpy._rclpy_pybind11.UnknownROSArgsError: ['max_speed']") == ""
+
+
+RULE = "failed to initialize rcl: Couldn't parse parameter override rule: '{}'. Error: Expected"
+OPTION = "rclpy._rclpy_pybind11.UnknownROSArgsError: [{}]"
+
+
+@pytest.mark.parametrize(
+    ("error", "says"),
+    [
+        (RULE.format("-p max_speed:"), "with `:=` and without a blank: `-p max_speed:=2.0`, for example."),
+        (RULE.format("-p max-speed:=1.2"), "The name of a parameter has no `-`. Did you mean `-p max_speed:=1.2`?"),
+        (OPTION.format("'--params', 'robot.yaml'"), "ROS 2 has no option `--params`. Did you mean `--params-file`?"),
+        (OPTION.format("'--remaps', 'a:=b'"), "ROS 2 has no option `--remaps`. Did you mean `--remap`?"),
+        (OPTION.format("'--verbose'"), ""),
+        ("Trying to set parameter 'v' to '1,2' of type 'STRING', expecting type 'DOUBLE'", "point: `1.2`, not `1,2`."),
+        ("Trying to set parameter 'v' to 'a,b' of type 'STRING', expecting type 'DOUBLE'", ""),
+    ],
+)
+def test_words_of_a_command_line_that_ros_cannot_read(error, says):
+    assert says in unparsed(error) and bool(says) == bool(unparsed(error))
+
+
+@pytest.mark.parametrize(
+    ("text", "near", "line"),
+    [
+        (
+            "/**:\n  ros__parameters:\n    name: talos\n    max_speed = 0.8  # m/s: fast\n    a: true\n",
+            3,
+            "4, `max_speed = 0",
+        ),
+        ("\nparameter_node\n  ros__parameters:\n    a: 1.0\n", 2, "2, `parameter_node`"),
+        ("/**:\n  ros__parameters:\n   a: 1\n    b: 0.8\n", 3, ""),
+    ],
+)
+def test_a_line_of_a_file_without_its_colon_is_named(tmp_path, text, near, line):
+    (path := tmp_path / "robot.yaml").write_text(text)
+    said = unparsed(
+        f"Couldn't parse params file: '--params-file {path}'. Error: Error parsing a event near line {near}, at"
+    )
+    assert bool(said) == bool(line) and said.startswith(f"{path}, line {line}" if line else "")
