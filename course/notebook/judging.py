@@ -26,8 +26,8 @@ from course.interfaces.kept import packages
 from course.notebook.command_line import lost_status, return_in_finally
 from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
-from course.ros.names import type_name
-from course.ros.rclpy_internals import action_name
+from course.ros.names import split, type_name
+from course.ros.rclpy_internals import NodeNameNonExistentError, action_name
 from course.session.domains import claim_domain
 from course.session.doubts import long_limit
 from course.session.failure_report import GUARDED, MARK, frame_at, of_program, text_at
@@ -49,6 +49,7 @@ from course.session.source import (
     calls,
     functions,
     idle,
+    made_at,
     name_of,
     named,
     one_at_a_time,
@@ -328,6 +329,20 @@ def within(timeout: float, condition: Callable[[], object], process: Handle, ser
         source = process.source if isinstance(process, NodeProcess) else ""
         why = "" if "ThreadedExecutor(" in source else blocked(source, service)
         return (not why or why.endswith(SLEEPS)) and bool(wait_until(condition, timeout - BLOCKED))
+
+
+def other_client(process: Handle, service: str, kind: type[Any]) -> str:
+    """Return lines that say of which type a program's client of `service` is, if not of `kind`; '' otherwise."""
+    node, wanted = live().node, type_name(kind)
+    for each in process.nodes if isinstance(process, NodeProcess) else ():
+        types: list[str] = []
+        with contextlib.suppress(NodeNameNonExistentError):  # it has ended
+            types = dict(node.get_client_names_and_types_by_node(*split(each))).get(service, [])
+        if types and wanted not in types:
+            line = made_at(process.source, "create_client", service)
+            at = f"\n{frame_at(process.name, line, process.source)}" if line else ""
+            return f"{at}\nIts client of {service} has the type {types[0]}; it must be {wanted}."
+    return ""
 
 
 def why_silent(file: str) -> str:

@@ -6,7 +6,18 @@ from pathlib import Path
 
 from course.session.failure_report import frame_at, text_at
 from course.session.node_process import NodeProcess
-from course.session.source import CALLBACKS, argument, calls, functions, name_of, named, parse
+from course.session.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    covers,
+    functions,
+    inside,
+    name_of,
+    named,
+    parse,
+    service_callbacks,
+)
 from course.session.unmeant import NOW
 from course.session.watch import Handle
 
@@ -132,6 +143,60 @@ def _publishes(body: list[ast.stmt], send: ast.Call) -> bool:
         elif not isinstance(statement, (ast.If, ast.For, ast.While, ast.Match)) and send in ast.walk(statement):
             return True
     return False
+
+
+def built_early(file: str, service: str) -> str:
+    """Return lines on an answer of `service` that is built before what it reads has changed; '' without one."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    for function in named(tree, service_callbacks(tree, service)):
+        response = function.args.args[-1].arg if function.args.args else ""
+        for block in (function, *inside(function)):
+            body = getattr(block, "body", None)
+            for number, statement in enumerate(body if isinstance(body, list) else []):
+                target = statement.targets[0] if isinstance(statement, ast.Assign) else None
+                if not isinstance(target, ast.Attribute) or name_of(target.value) != response:
+                    continue
+                read, later = _attributes(statement, tree), body[number + 1 :]  # type: ignore[index]
+                changed = [node for each in later for node in _stored(each) if name_of(node) in read]
+                again = [node for each in later for node in ast.walk(each) if isinstance(node, ast.Attribute)
+                         and isinstance(node.ctx, ast.Store) and ast.unparse(node) == ast.unparse(target)]  # fmt: skip
+                if changed and not again:
+                    return (
+                        f"\n{frame_at(file, statement.lineno, source)}\nThis reads `{ast.unparse(changed[0])}`, and "
+                        f"line {changed[0].lineno} changes it only then. Build the answer last."
+                    )
+    return ""
+
+
+def _attributes(statement: ast.stmt, tree: ast.AST) -> set[str]:
+    """Return the attributes of the node that a statement reads, itself or by a method that it calls."""
+    called = {name_of(node.func) for node in ast.walk(statement) if isinstance(node, ast.Call) and _of_self(node)}
+    parts = [statement, *named(tree, called)]
+    read = (node for part in parts for node in ast.walk(part) if isinstance(node, ast.Attribute))
+    return {node.attr for node in read if name_of(node.value) == "self" and isinstance(node.ctx, ast.Load)}
+
+
+def _stored(statement: ast.stmt) -> list[ast.Attribute]:
+    nodes = [node for node in ast.walk(statement) if isinstance(node, ast.Attribute)]
+    return [node for node in nodes if name_of(node.value) == "self" and isinstance(node.ctx, ast.Store)]
+
+
+LOOKS_FOR_SERVERS = ("service_is_ready", "wait_for_service")
+
+
+def asked_once(file: str) -> str:
+    """Return lines on a program that looks for a server only in `__init__`, when there may be none yet; else ''."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    looks = [call for name in LOOKS_FOR_SERVERS for call in calls(tree, name)]
+    begins = [each for each in functions(tree) if each.name == "__init__"]
+    if looks and all(any(covers(each, call.lineno) for each in begins) for call in looks):
+        return (
+            f"\n{frame_at(file, looks[0].lineno, source)}\nThis looks for the server once, at the start. Look in the "
+            "callback, each time that it is called."
+        )
+    return ""
 
 
 def log_of(server: Handle) -> str:

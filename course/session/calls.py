@@ -26,7 +26,7 @@ from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
-from course.session.offered import client_for_service, may_serve, none_will_offer
+from course.session.offered import client_for_service, may_serve, never_made, none_will_offer
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.presence import Presence
@@ -549,7 +549,9 @@ class Calls:
         listed = ", ".join(sorted(served)[:LISTED])
         at = self.beginning("create_service", client.service_name)
         if served and not self._without_service(client.service_name):
-            return f"Served here: {listed}.{at}"
+            programs = (each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive)
+            made = (never_made(each.name, each.source, client.service_name) for each in programs)
+            return f"Served here: {listed}.{at or next(filter(None, made), '')}"
         alive = {name: handle for name, handle in list(self._handles.items()) if handle.alive}
         running = [name for name, handle in alive.items() if self._serves_nothing(handle)] or list(alive)
         if running:

@@ -42,7 +42,7 @@ from course.session.failure_report import FailureReport, cell_of
 from course.session.following import LogFollower
 from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
-from course.session.live_node import LiveNode
+from course.session.live_node import LiveNode, slow_timers
 from course.session.logs import Entry, Logs
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import (
@@ -366,8 +366,12 @@ class Session:
         return False
 
     def _waited_in_vain(self) -> None:
-        """Tell the reader, once, about topics with unfit QoS or a misspelt name, and clients of another type."""
+        """Tell the reader, once, of slow timers, of topics with unfit QoS or a misspelt name, and of unlike clients."""
         node, handles = self.node, self._handles
+        for text in slow_timers(handles):
+            if text not in self._told_unfit:
+                self._told_unfit.add(text)
+                say(text)
         for text in (*misspelt_topics(node), *unfit_topics(node, handles), *unlike_clients(node)):
             if text not in self._told_unfit:
                 self._told_unfit.add(text)

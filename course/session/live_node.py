@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FrameType
 from typing import Any, Protocol
 
@@ -236,3 +236,17 @@ def in_context(
 
     bases = (cls, Injector) if cls is not Node else (Injector,)
     return type(cls.__name__, bases, {"__module__": cls.__module__, "__doc__": cls.__doc__})
+
+
+SLOW = 5.0  # s between two runs of a timer whose period may be meant in Hz or in milliseconds
+
+
+def slow_timers(handles: Mapping[str, object]) -> list[str]:
+    """Return a sentence on each node of this kernel with a timer that fires so seldom that a wait for it is in vain."""
+    found = []
+    for name, handle in list(handles.items()):
+        with contextlib.suppress(InvalidHandle):  # it ends just now
+            timers = list(handle.node.timers) if isinstance(handle, LiveNode) else []
+            if (slow := max((each.timer_period_ns / 1e9 for each in timers), default=0.0)) >= SLOW:
+                found.append(f"A timer of {name} runs every {slow:g} s: `create_timer` takes the period in seconds.")
+    return found

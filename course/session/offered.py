@@ -3,11 +3,12 @@
 import ast
 import re
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 
 from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
-from course.session.source import argument, calls, name_of, parse
+from course.session.source import CALLBACKS, argument, calls, covers, functions, inside, name_of, parse
 from course.session.watch import Handle
 
 # What makes a node's endpoints, and position and name of the argument with their name.
@@ -75,6 +76,29 @@ def client_for_service(source: str, service: str) -> str:
         f"`create_client(...)` in line {clients[0]} makes a client, which asks. A server is made with "
         f"`create_service(TheType, '{service}', self.callback)`."
     )
+
+
+def never_made(place: str, source: str, service: str) -> str:
+    """Return lines about a `create_service` for `service` that has not run: in a callback, or behind a `return`; ''."""
+    tree = parse(source)
+    callbacks = {name_of(argument(call, *where)) for maker, where in CALLBACKS.items() for call in calls(tree, maker)}
+    for function in functions(tree):
+        for call in calls(function, "create_service"):
+            name = argument(call, *MAKERS["create_service"])
+            if not (isinstance(name, ast.Constant) and can_be(service, str(name.value))):
+                continue
+            code = source.splitlines()[call.lineno - 1].strip()
+            at = f"\n  {place}, line {call.lineno}, in {function.name}\n    {code}"
+            if function.name in callbacks:
+                return (
+                    f"{at}\nThis is in a callback, and runs only when that is called. Make the service in `__init__`."
+                )
+            for block in (function, *inside(function)):
+                body = getattr(block, "body", None)
+                for before, after in pairwise(body if isinstance(body, list) else ()):
+                    if isinstance(before, ast.Return) and before.lineno < call.lineno and covers(after, call.lineno):
+                        return f"{at}\nThis never runs: the `return` of line {before.lineno} ends '{function.name}'."
+    return ""
 
 
 def _named(source: str, maker: str) -> list[tuple[str, int]]:

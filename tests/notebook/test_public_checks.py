@@ -640,6 +640,14 @@ STORED = LIFT[
     LIFT.index("        self.newest = goal_handle\n") : LIFT.index("            return self.move(goal_handle)\n")
 ]
 BEHIND_THE_LOCK = STORED.replace("        self.newest = goal_handle\n", "") + "            self.newest = goal_handle\n"
+RELAY, MOTORS = (answers.solution("services")[name].decode() for name in ("relay.py", "motor_service.py"))
+READY = RELAY[RELAY.index("        self.get_logger()") : RELAY.index("            response.success = False")]
+READY_ONCE = READY.replace("self.client.service_is_ready()", "self.ready").replace(
+    "        self.get_logger()", "        self.ready = self.client.service_is_ready()\n        self.get_logger()"
+)
+SAID_LAST = MOTORS[MOTORS.index("        self.stopped = request.data") : MOTORS.index("    def status(")]
+ANSWER = "        response.message = f'Motors {self.state()}'\n"
+SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
 
 
 @pytest.mark.parametrize(
@@ -658,6 +666,16 @@ BEHIND_THE_LOCK = STORED.replace("        self.newest = goal_handle\n", "") + " 
         ("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', 10",
          "output_max is the integer 10: a default with a point, such as 1.0, makes a double"),
         each_night("services", "relay", "relay.py", ", callback_group=group", "", "Give the client a group of its own"),
+        each_night("services", "relay", "relay.py", "            AddTwoInts, '/add", "            Trigger, '/add",
+                   "Its client of /add_two_ints has the type std_srvs/srv/Trigger; it must be example_interfaces/srv/"),
+        each_night("services", "relay", "relay.py", "AddTwoInts.Request(a=a, b=b)", "AddTwoInts.Request(a=b)",
+                   "message='40 + 2 = 603'). The request that came to /add_two_ints was a=2, b=0"),
+        each_night("services", "relay", "relay.py", READY, READY_ONCE,
+                   "the relay does not ask /add_two_ints\n  relay.py, line 21\n    self.ready = self.client.ser"),
+        each_night("services", "motor-service", "motor_service.py", SAID_LAST, SAID_FIRST,
+                   "\nThis reads `self.stopped`, and line "),
+        each_night("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', '10.0'",
+                   "output_max is the text '10.0': a default without quotation marks, such as 1.0, makes a double"),
         each_night("services", "relay", "relay.py", "    async def relay(self, request, response):\n",
                    "    def relay(self, request, response):\n"
                    "        self.executor.create_task(self.answer, request, response)\n        return response\n\n"

@@ -4,6 +4,8 @@ import pytest
 
 from course.notebook.judging import unlike
 from course.notebook.shown_by_text import (
+    asked_once,
+    built_early,
     late_newest,
     no_cancel,
     other_unit,
@@ -109,3 +111,56 @@ def test_a_cause_that_the_text_shows_is_told(tmp_path, monkeypatch, exercise, fi
 )  # fmt: skip
 def test_a_time_in_another_unit_is_asked_about(got, says):
     assert says in other_unit(got, 2.6) and bool(other_unit(got, 2.6)) == bool(says)
+
+
+MOTORS = """class Motors(Node):
+    def __init__(self):
+        self.create_service(SetBool, '/motors/stop', self.stop)
+        self.create_service(SetBool, '/motors/enable', self.enable)
+    def state(self):
+        return 'stopped' if self.stopped else 'running'
+    def stop(self, request, response):
+        {body}
+        return response
+    def enable(self, request, response):
+        response.message = str(self.on)
+        self.on = request.data
+        return response
+"""
+EARLY = "response.message = f'Motors {self.state()}'"
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (f"{EARLY}\n        self.stopped = request.data",
+         f"line 8\n    {EARLY}\nThis reads `self.stopped`, and line 9 changes it only then. Build the answer last."),
+        (f"{EARLY}\n        if request.data:\n            self.stopped = True", "and line 10 changes it only then."),
+        (f"{EARLY}\n        self.stopped = request.data\n        {EARLY}", ""),
+        (f"self.stopped = request.data\n        {EARLY}", ""),
+        (f"{EARLY}\n        self.count = 1", ""),
+    ],
+)  # fmt: skip
+def test_an_answer_that_is_built_before_the_change_is_told(tmp_path, monkeypatch, body, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "motors.py").write_text(MOTORS.format(body=body))
+    said = built_early("motors.py", "/motors/stop")
+    assert says in said and bool(said) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("begins", "asks", "told"),
+    [
+        ("self.ready = self.client.service_is_ready()", "return self.ready", True),
+        ("self.client.wait_for_service(timeout_sec=5.0)", "return self.client.service_is_ready()", False),
+        ("pass", "return self.client.service_is_ready()", False),
+        ("pass", "return True", False),
+    ],
+)
+def test_a_server_that_is_looked_for_once_is_told(tmp_path, monkeypatch, begins, asks, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "relay.py").write_text(
+        f"class Relay(Node):\n  def __init__(self):\n    {begins}\n  def ask(self):\n    {asks}\n"
+    )
+    said = asked_once("relay.py")
+    assert (f"line 3\n    {begins}\nThis looks for the server once, at the start." in said) == bool(said) == told

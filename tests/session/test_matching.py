@@ -327,6 +327,21 @@ def test_a_service_of_another_type_is_told_before_the_time_is_over(session, tmp_
     assert time.monotonic() - began < 20.0
 
 
+@pytest.mark.matrix  # test_a_service_that_is_not_made_is_told_with_its_line
+def test_a_service_that_only_a_callback_makes_is_told_when_it_is_missing(session, tmp_path):
+    (tmp_path / "server.py").write_text(
+        "import rclpy\nfrom std_srvs.srv import Trigger\n"
+        "def later(request, response):\n    node.create_service(Trigger, 'ask', print)\n"
+        "rclpy.init()\nnode = rclpy.create_node('server')\n"
+        "node.create_service(Trigger, 'asks', later)\nrclpy.spin(node)\n"
+    )
+    session.start(tmp_path / "server.py")
+    with pytest.raises(
+        CallTimeout, match=r"Served here: /asks\.\n  server.py, line 4, in later\n.*\nThis is in a callback"
+    ):
+        session.call("/ask", Trigger, timeout=1.0)
+
+
 def test_a_wait_for_what_nobody_has_received_names_the_server_that_is_missing(session, monkeypatch, capsys):
     client = ActionClient(session.node, Fibonacci, "fibonaci")
     says = "No node serves the action /fibonaci (example_interfaces/action/Fibonacci)."

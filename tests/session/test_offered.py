@@ -3,7 +3,7 @@
 import pytest
 
 from course.ros.names import SERVICES_OF_EVERY_NODE
-from course.session.offered import _has_none, client_for_service, other_names, services_made, strangers
+from course.session.offered import _has_none, client_for_service, never_made, other_names, services_made, strangers
 from tests.hidden import answers
 
 SERVER = "class Server(Node):\n    def __init__(self):\n        self.create_service(Ask, {name}, self.ask)\n"
@@ -120,3 +120,34 @@ def test_a_client_in_the_place_of_a_service_is_told():
     assert "`create_service(TheType, '/calculator', self.callback)`" in says
     for maker, name in (("create_service", "/calculator"), ("create_client", "/other")):
         assert client_for_service(MAKES.format(maker, name), "/calculator") == ""
+
+
+LATE = """class Motors(Node):
+    def __init__(self):
+        self.create_service(SetBool, '/enable', self.enable)
+        {begins}
+    def enable(self, request, response):
+        {line}
+        return response
+    def make(self):
+        {helper}
+"""
+STATUS = "self.create_service(Trigger, '/status', self.status)"
+
+
+@pytest.mark.parametrize(
+    ("part", "text", "says"),
+    [
+        ("line", STATUS,
+         f"\n  motors.py, line 6, in enable\n    {STATUS}\nThis is in a callback, and runs only when that is called."),
+        ("begins", f"return\n        {STATUS}",
+         f"\n  motors.py, line 5, in __init__\n    {STATUS}\nThis never runs: the `return` of line 4 ends '__init__'."),
+        ("begins", f"if self.on: return\n        {STATUS}", ""),
+        ("helper", STATUS, ""),
+        ("line", STATUS.replace("status", "stop"), ""),
+    ],
+)  # fmt: skip
+def test_a_service_that_is_not_made_is_told_with_its_line(part, text, says):
+    source = LATE.format(**{"begins": "pass", "line": "pass", "helper": "pass", part: text})
+    said = never_made("motors.py", source, "/status")
+    assert said.startswith(says) and bool(said) == bool(says)

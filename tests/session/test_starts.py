@@ -14,6 +14,7 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from course.errors import LiveError, NodeFailed
+from course.foundation import waiting
 from course.foundation.waiting import wait_until
 from course.recorders import ParameterRecorder, TopicRecorder
 from course.ros.rclpy_internals import RCLError
@@ -290,3 +291,22 @@ def test_what_an_execute_callback_returns_instead_of_a_result(session, last, say
         session.look()
     assert f"The node ends {says}" in str(raised.value) and f"the cell, line {line}\n" in str(raised.value)
     assert "End the execute callback with `return TheType.Result(...)`" in str(raised.value)
+
+
+class Seldom(Node):
+    """A node whose timer has a period that is meant in Hz, and another one."""
+
+    def __init__(self):
+        super().__init__("seldom")
+        self.create_timer(20, print)
+        self.create_timer(0.5, lambda: None)
+
+
+def test_a_timer_that_fires_seldom_is_told_once_after_a_wait_in_vain(session, capsys):
+    session.start(Motor, "left")
+    session.start(Seldom)
+    for _ in range(2):
+        for tell in waiting.in_vain:
+            tell()
+    told = capsys.readouterr().err
+    assert told.count("A timer of seldom runs every 20 s: `create_timer` takes the period in seconds.") == 1
