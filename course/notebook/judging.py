@@ -557,7 +557,7 @@ def shared_response(file: str) -> str:
 
 
 def sets_in_a_check(file: str) -> str:
-    """Return lines about a parameter that an on-set callback, which only checks, sets itself; '' if none does."""
+    """Return lines about a parameter or an attribute that an on-set callback, which only checks, sets; else ''."""
     source = text_at(Path(file))
     tree = parse_program(source)
     for function in named(tree, parameter_callbacks(tree, "add_on_set_parameters_callback")):
@@ -567,6 +567,12 @@ def sets_in_a_check(file: str) -> str:
                     f"\n{frame_at(file, call.lineno, source)}\nThis sets a parameter while another set is only being "
                     "checked, and it stays so when that one is refused. An on-set callback must only look: a pre-set "
                     "callback may change what is set, and a post-set callback acts."
+                )
+        for node in ast.walk(function):
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
+                return (
+                    f"\n{frame_at(file, node.lineno, source)}\nThis changes `{ast.unparse(node)}` while a set is only "
+                    "being checked, also when it is refused. An on-set callback must only look: a post-set one acts."
                 )
     return ""
 

@@ -182,20 +182,26 @@ def _stored(statement: ast.stmt) -> list[ast.Attribute]:
     return [node for node in nodes if name_of(node.value) == "self" and isinstance(node.ctx, ast.Store)]
 
 
-LOOKS_FOR_SERVERS = ("service_is_ready", "wait_for_service")
-
-
 def asked_once(file: str) -> str:
     """Return lines on a program that looks for a server only in `__init__`, when there may be none yet; else ''."""
+    at = _only_at_the_start(file, "service_is_ready", "wait_for_service")
+    return at and f"{at}\nThis looks for the server once, at the start. Look in the callback, each time it is called."
+
+
+def read_once(file: str) -> str:
+    """Return lines on a program that reads its parameters only in `__init__`, though they may be set later; else ''."""
+    at = _only_at_the_start(file, "get_parameter", "get_parameters", "get_parameter_or")
+    return at and f"{at}\nThis reads the parameter once, at the start. Read it where it is used, each time."
+
+
+def _only_at_the_start(file: str, *names: str) -> str:
+    """Return the first line in which a program calls one of these, if it does so in `__init__` alone; else ''."""
     source = text_at(Path(file))
     tree = parse(source)
-    looks = [call for name in LOOKS_FOR_SERVERS for call in calls(tree, name)]
+    made = [call for name in names for call in calls(tree, name)]
     begins = [each for each in functions(tree) if each.name == "__init__"]
-    if looks and all(any(covers(each, call.lineno) for each in begins) for call in looks):
-        return (
-            f"\n{frame_at(file, looks[0].lineno, source)}\nThis looks for the server once, at the start. Look in the "
-            "callback, each time that it is called."
-        )
+    if made and all(any(covers(each, call.lineno) for each in begins) for call in made):
+        return f"\n{frame_at(file, made[0].lineno, source)}"
     return ""
 
 

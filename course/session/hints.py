@@ -54,7 +54,7 @@ from course.session.mixups import (
     session_overwritten,
     type_for_part,
 )
-from course.session.nothing import attribute_of_nothing, gave_nothing, returned_nothing, silent_helper
+from course.session.nothing import attribute_of_nothing, awaited_nothing, gave_nothing, returned_nothing, silent_helper
 from course.session.of_parameters import list_of_parameters, no_check_result
 from course.session.operands import time_without, unfit
 from course.session.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
@@ -1437,6 +1437,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (UNCALLED, not_called),
     (r"truth value of an array|ufunc 'bitwise_(?:and|or)' not supported", _of_arrays),
     (r"'Future' object has no attribute '(?!add_done_callback)(\w+)'", _future_used),
+    (r"'NoneType' object has no attribute 'add_done_callback'", awaited_nothing),
     (r"'NoneType' object has no attribute '(\w+)'", attribute_of_nothing),
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),

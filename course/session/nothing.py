@@ -42,6 +42,21 @@ def attribute_of_nothing(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+def awaited_nothing(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `ros.wait(future)` with what a method that ends without a `return` gave; else ''."""
+    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+        for given in call.args[:1] if name_of(call.func) == "wait" else ():
+            for value in [given, *(each for _, each in assigned(given, source))]:
+                name = name_of(value.func) if isinstance(value, ast.Call) else ""
+                for function in named(parse(source), {name}):
+                    if _is_silent(function):
+                        return (
+                            f"`{name}` returns nothing, so `{ast.unparse(given)}` is None. End `{name}` with a "
+                            "`return` of the future."
+                        )
+    return ""
+
+
 def returned_nothing(source: str, code: str, *, given: bool = False) -> str:
     """Return the hint on something in a line that holds what a function without a `return` gave, or ''.
 

@@ -46,7 +46,7 @@ def slips(cell: str) -> list[str]:
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
-    found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped)}
+    found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
@@ -293,11 +293,7 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons in parameter callbacks with a name used nowhere else: `each.name == 'treshold'`."""
-    declared = {
-        given.value
-        for call in calls(tree, "declare_parameter")
-        if isinstance(given := argument(call, 0, "name"), ast.Constant) and isinstance(given.value, str)
-    }
+    declared = set(_declared(tree))
     texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
     for function in named(tree, parameter_callbacks(tree)):
         for node in ast.walk(function):
@@ -307,7 +303,41 @@ def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 if not (name_of(one) == "name" and isinstance(one, ast.Attribute) and isinstance(other, ast.Constant)):
                     continue
                 asked = str(other.value)
-                near = difflib.get_close_matches(asked, declared, 1, ALIKE)
+                near = [each for each in sorted(declared) if each.lower() == asked.lower()]  # in other capitals
+                near = near or difflib.get_close_matches(asked, declared, 1, ALIKE)
                 if near and asked not in declared and texts.count(asked) == 1:
                     text = f"no parameter '{asked}' is declared, so this is never true. Did you mean '{near[0]}'?"
                     yield node.lineno, text
+
+
+def _declared(tree: ast.AST) -> Iterator[str]:
+    """Yield the names of the parameters that a text declares: by itself, in a loop over them, or by a method."""
+    makers = {"declare_parameter"}
+    for function in functions(tree):  # `declare_gain(self, name, ...)`
+        given = [each.arg for each in function.args.args[1:2]]
+        if any(name_of(argument(call, 0, "name")) in given for call in calls(function, "declare_parameter")):
+            makers.add(function.name)
+    texts = [argument(call, 0, "name") for name in makers for call in calls(tree, name)]
+    for loop in (node for node in ast.walk(tree) if isinstance(node, ast.For)):
+        names = [ast.unparse(each) for each in (getattr(loop.target, "elts", None) or [loop.target])[:1]]
+        if any(name_of(argument(call, 0, "name")) in names for name in makers for call in calls(loop, name)):
+            rows = getattr(loop.iter, "elts", [])
+            texts += [(getattr(each, "elts", None) or [each])[0] for each in rows]
+    yield from (each.value for each in texts if isinstance(each, ast.Constant) and isinstance(each.value, str))
+
+
+def _stored_already(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a new value with the stored one in a post-set callback, which runs when it is stored."""
+    for function in named(tree, parameter_callbacks(tree, "add_post_set_parameters_callback")):
+        compared = [node for node in ast.walk(function) if isinstance(node, ast.Compare) and len(node.ops) == 1]
+        sides = [(node, ast.unparse(node.left), ast.unparse(node.comparators[0])) for node in compared]
+        asked = {frozenset((left, right)) for _, left, right in sides}
+        for node, *both in sides:
+            for one, other in (both, both[::-1]):
+                stored = re.fullmatch(r"self\.get_parameter\((.+)\)\.value", other)
+                each = one.removesuffix(".value")
+                known = stored and (stored[1] == f"{each}.name" or {f"{each}.name", stored[1]} in asked)
+                if known and one == f"{each}.value" and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+                    same = "true" if isinstance(node.ops[0], ast.Eq) else "false"
+                    text = f"`{ast.unparse(node)}` is always {same}: a post-set callback runs when the new value is"
+                    yield node.lineno, f"{text} stored. Keep the value before in an attribute of the node."

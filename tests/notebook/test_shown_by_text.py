@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.notebook.judging import unlike
+from course.notebook.judging import sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
     asked_once,
     built_early,
@@ -10,6 +10,7 @@ from course.notebook.shown_by_text import (
     no_cancel,
     other_unit,
     published_only_if,
+    read_once,
     unconverted,
     unseen_scans,
 )
@@ -164,3 +165,36 @@ def test_a_server_that_is_looked_for_once_is_told(tmp_path, monkeypatch, begins,
     )
     said = asked_once("relay.py")
     assert (f"line 3\n    {begins}\nThis looks for the server once, at the start." in said) == bool(said) == told
+
+
+@pytest.mark.parametrize(("asks", "told"), [("return self.a", True), ("return self.get_parameter('a').value", False)])
+def test_a_parameter_that_is_read_once_is_told(tmp_path, monkeypatch, asks, told):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        "class Relay(Node):\n  def __init__(self):\n    self.a = self.get_parameter('a').value\n  def ask(self):\n    "
+    )
+    (tmp_path / "relay.py").write_text(text + asks)
+    said = read_once("relay.py")
+    assert ("line 3\n    self.a = self.get_parameter('a').value\nThis reads the parameter once" in said) == told
+    assert bool(said) == told
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (
+            "self.integral = 0.0",
+            "line 5\n    self.integral = 0.0\nThis changes `self.integral` while a set is only being ",
+        ),
+        ("self.set_parameters(params)", "line 5\n    self.set_parameters(params)\nThis sets a parameter while another"),
+        ("integral = self.integral", ""),
+    ],
+)
+def test_an_on_set_callback_that_acts_is_told(tmp_path, monkeypatch, line, says):
+    monkeypatch.chdir(tmp_path)
+    text = "class Pid(Node):\n  def __init__(self):\n    self.add_on_set_parameters_callback(self.check)\n"
+    (tmp_path / "pid.py").write_text(
+        f"{text}  def check(self, params):\n    {line}\n    return SetParametersResult()\n"
+    )
+    said = sets_in_a_check("pid.py")
+    assert says in said and bool(says) == bool(said)

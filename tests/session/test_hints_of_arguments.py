@@ -60,6 +60,29 @@ def test_an_argument_or_a_field_is_named(error, text, code, says):
     assert says in said and bool(says) == bool(said), said
 
 
+SENDS = """class Client(Node):
+    def send(self, a):
+        {}self.client.call_async(a)
+future = asker.send(5)
+"""
+
+
+@pytest.mark.parametrize(
+    ("source", "code", "says"),
+    [
+        (
+            SENDS.format(""),
+            "print(ros.wait(future).sum)",
+            "`send` returns nothing, so `future` is None. End `send` with a",
+        ),
+        (SENDS.format(""), "ros.wait(asker.send(5))", "`send` returns nothing, so `asker.send(5)` is None."),
+        (SENDS.format("return "), "print(ros.wait(future).sum)", "A future is needed"),
+    ],
+)
+def test_a_method_that_gives_no_future_to_wait_for_is_named(source, code, says):
+    assert says in hint("AttributeError: 'NoneType' object has no attribute 'add_done_callback'", source, code)
+
+
 def test_the_name_of_a_node_without_its_quotation_marks():
     session = live()
     try:

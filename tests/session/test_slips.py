@@ -435,6 +435,42 @@ def test_what_a_file_makes_and_does_not_use_is_told(part, written, says):
     assert says or not slips(SERVES.format(**parts).partition("\n")[2])
 
 
+PARAMETERS = """class Pid(Node):
+    def __init__(self):
+        for name, default in (('kp', 1.0), ('ki', 0.0)):
+            self.declare_parameter(name, default)
+        self.declare_gain('kd', 1.0)
+        self.add_post_set_parameters_callback(self.changed)
+    def declare_gain(self, name, most):
+        self.declare_parameter(name, 0.0)
+    def changed(self, params):
+        for each in params:
+            if {test}:
+                self.integral = 0.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("test", "says"),
+    [
+        ("each.name == 'ki'", ""),
+        ("each.name == 'Ki'", "line 11: no parameter 'Ki' is declared, so this is never true. Did you mean 'ki'?"),
+        ("each.name == 'KD'", "line 11: no parameter 'KD' is declared, so this is never true. Did you mean 'kd'?"),
+        ("each.name == 'other'", ""),
+        ("each.name == 'ki' and each.value != self.get_parameter('ki').value",
+         ("line 11: `each.value != self.get_parameter('ki').value` is always false: a post-set callback runs when "
+          "the new value is stored. Keep the value before in an attribute of the node.")),
+        ("self.get_parameter(each.name).value == each.value", "(each.name).value == each.value` is always true"),
+        ("each.name == 'ki' and each.value != self.get_parameter('kp').value", ""),
+        ("each.name == 'ki' and each.value > self.get_parameter('ki').value", ""),
+        ("each.name == 'ki' and each.value != self.ki", ""),
+    ],
+)  # fmt: skip
+def test_a_condition_on_a_parameter_that_never_changes_is_told(test, says):
+    told = "\n".join(slips(PARAMETERS.format(test=test)))
+    assert says in told and bool(says) == bool(told), told
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
