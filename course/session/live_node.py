@@ -5,7 +5,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import FrameType
 from typing import Any, Protocol
 
@@ -18,9 +18,19 @@ from rclpy.parameter import Parameter
 
 from course.ros.names import SEND, is_hidden
 from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult, is_executing
-from course.session.failure_report import GOAL_ENDING, FailureReport, Frame, cell_of, of_goal, of_no_result, text_of
+from course.session.failure_report import (
+    GOAL_ENDING,
+    FailureReport,
+    Frame,
+    cell_of,
+    frame_at,
+    of_goal,
+    of_no_result,
+    place_of,
+    text_of,
+)
 from course.session.logs import Logs
-from course.session.source import class_text
+from course.session.source import argument, calls, class_text, parse
 from course.session.spinner import Spinner, destroy_node
 
 
@@ -246,7 +256,21 @@ def slow_timers(handles: Mapping[str, object]) -> list[str]:
     found = []
     for name, handle in list(handles.items()):
         with contextlib.suppress(InvalidHandle):  # it ends just now
-            timers = list(handle.node.timers) if isinstance(handle, LiveNode) else []
+            if not isinstance(handle, LiveNode):
+                continue
+            timers = list(handle.node.timers)
             if (slow := max((each.timer_period_ns / 1e9 for each in timers), default=0.0)) >= SLOW:
-                found.append(f"A timer of {name} runs every {slow:g} s: `create_timer` takes the period in seconds.")
+                made: Any = type(handle.node).__mro__[1].__init__  # type: ignore[misc]  # that of the reader's class
+                at = next((f"\n{each}" for each in _timers_of(made, slow)), "")
+                found.append(
+                    f"A timer of {name} runs every {slow:g} s: `create_timer` takes the period in seconds.{at}"
+                )
     return found
+
+
+def _timers_of(method: Callable[..., object], period: float) -> Iterator[Frame]:
+    """Yield the lines of a method's text that make a timer with this period (s), written out."""
+    code, source = getattr(method, "__code__", None), text_of(method)
+    for call in calls(parse(source), "create_timer") if code else ():
+        if getattr(argument(call, 0, "timer_period_sec"), "value", None) == period:
+            yield frame_at(place_of(code.co_filename), call.lineno, source)  # type: ignore[union-attr]

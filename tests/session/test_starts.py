@@ -309,4 +309,5 @@ def test_a_timer_that_fires_seldom_is_told_once_after_a_wait_in_vain(session, ca
         for tell in waiting.in_vain:
             tell()
     told = capsys.readouterr().err
-    assert told.count("A timer of seldom runs every 20 s: `create_timer` takes the period in seconds.") == 1
+    says = "A timer of seldom runs every 20 s: `create_timer` takes the period in seconds.\n  test_starts.py, line "
+    assert told.count(says) == 1 and "    self.create_timer(20, print)\n" in told
