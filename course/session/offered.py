@@ -3,12 +3,11 @@
 import ast
 import re
 from collections.abc import Mapping
-from itertools import pairwise
 from pathlib import Path
 
 from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
-from course.session.source import CALLBACKS, argument, calls, covers, functions, inside, name_of, parse
+from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse
 from course.session.watch import Handle
 
 # What makes a node's endpoints, and position and name of the argument with their name.
@@ -51,13 +50,14 @@ def services_made(source: str) -> list[str] | None:
     return [*names, *sorted(SERVICES_OF_EVERY_NODE)]
 
 
-def other_names(source: str, maker: str, name: str) -> list[tuple[str, int]]:
+def other_names(source: str, maker: str, name: str, *, reached: bool = False) -> list[tuple[str, int]]:
     """Return the names that a program passes to `maker`, with their lines, if none can be `name`; else [].
 
-    That is known only if all of them are written out.
+    That is known only if all of them are written out.  With `reached`, calls behind a `return` are left out.
     """
-    found = []
-    for call in calls(parse(source), maker):
+    found, tree = [], parse(source)
+    never = _never_reached(tree) if reached else {}
+    for call in (each for each in calls(tree, maker) if each not in never):
         given = argument(call, *MAKERS[maker])
         if not (isinstance(given, ast.Constant) and isinstance(given.value, str)):
             return []
@@ -93,12 +93,21 @@ def never_made(place: str, source: str, service: str) -> str:
                 return (
                     f"{at}\nThis is in a callback, and runs only when that is called. Make the service in `__init__`."
                 )
-            for block in (function, *inside(function)):
-                body = getattr(block, "body", None)
-                for before, after in pairwise(body if isinstance(body, list) else ()):
-                    if isinstance(before, ast.Return) and before.lineno < call.lineno and covers(after, call.lineno):
-                        return f"{at}\nThis never runs: the `return` of line {before.lineno} ends '{function.name}'."
+            if call in (never := _never_reached(tree)):
+                return f"{at}\nThis never runs: the `return` of line {never[call]} ends '{function.name}'."
     return ""
+
+
+def _never_reached(tree: ast.Module) -> dict[ast.AST, int]:
+    """Return what stands behind a `return` of its own block, with the line of the `return`."""
+    found: dict[ast.AST, int] = {}
+    for block in ast.walk(tree):
+        body = getattr(block, "body", None)
+        body = body if isinstance(body, list) else []
+        ends = next((number for number, each in enumerate(body) if isinstance(each, ast.Return)), len(body))
+        for statement in body[ends + 1 :]:
+            found |= {node: found.get(node, body[ends].lineno) for node in ast.walk(statement)}
+    return found
 
 
 def _named(source: str, maker: str) -> list[tuple[str, int]]:
@@ -112,7 +121,7 @@ def none_will_offer(handles: Mapping[str, Handle], maker: str, name: str) -> boo
     if "/_action/" in name:
         return False
     texts = [each.source for each in list(handles.values()) if isinstance(each, NodeProcess) and each.alive]
-    return bool(texts) and all(other_names(text, maker, name) or _has_none(text, maker) for text in texts)
+    return bool(texts) and all(other_names(text, maker, name, reached=True) or _has_none(text, maker) for text in texts)
 
 
 def strangers(one: str, other: str) -> bool:

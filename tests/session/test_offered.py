@@ -142,6 +142,7 @@ STATUS = "self.create_service(Trigger, '/status', self.status)"
          f"\n  motors.py, line 6, in enable\n    {STATUS}\nThis is in a callback, and runs only when that is called."),
         ("begins", f"return\n        {STATUS}",
          f"\n  motors.py, line 5, in __init__\n    {STATUS}\nThis never runs: the `return` of line 4 ends '__init__'."),
+        ("begins", f"return\n        self.on = 1\n        {STATUS}", "\n  motors.py, line 6, in __init__"),
         ("begins", f"if self.on: return\n        {STATUS}", ""),
         ("helper", STATUS, ""),
         ("line", STATUS.replace("status", "stop"), ""),
@@ -151,3 +152,11 @@ def test_a_service_that_is_not_made_is_told_with_its_line(part, text, says):
     source = LATE.format(**{"begins": "pass", "line": "pass", "helper": "pass", part: text})
     said = never_made("motors.py", source, "/status")
     assert said.startswith(says) and bool(said) == bool(says)
+
+
+def test_a_service_behind_a_return_is_not_waited_for():
+    parts = {"line": "pass", "helper": "pass"}
+    for begins, names in (("return", [("/enable", 3)]), ("pass", [])):
+        text = LATE.format(**parts, begins=f"{begins}\n        {STATUS}")
+        assert other_names(text, "create_service", "/status", reached=True) == names
+        assert other_names(text, "create_service", "/status") == []
