@@ -69,6 +69,19 @@ def processor_time(pid: int) -> float:
         return 0.0
 
 
+def threaded(pid: int, name: str) -> float:
+    """Return when a process started the first of its threads whose name begins so, in s since boot; 0 if unknown."""
+    try:
+        born = [
+            int(stat(f"{pid}/task/{each}")[19])
+            for each in os.listdir(f"/proc/{pid}/task")
+            if Path(f"/proc/{pid}/task/{each}/comm").read_text().startswith(name)
+        ]
+        return min(born, default=0) / os.sysconf("SC_CLK_TCK")
+    except (OSError, IndexError, ValueError):
+        return 0.0
+
+
 def sleeping(pid: int) -> bool:
     """Return True if every thread of a process waits (state S), and none runs, is about to run or is stopped.
 

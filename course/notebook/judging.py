@@ -81,6 +81,7 @@ EARLY = 10  # looks after which it is asked whether it is in an endless loop, an
 SETTING = ("set_parameters", "set_parameters_atomically")
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
+THREAD = "dds."  # begins the names of the threads with which a program sees others, from its first node on
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
 
@@ -134,6 +135,7 @@ class Alone:
     def __init__(self, file: str, *arguments: str):
         as_it_lies(file)
         self._where = self._why = ""
+        self._begun = self._over = 0.0  # when it could first see others, and when it had ended, s since boot
         self._process: NodeProcess | None = None
         with contextlib.suppress(LiveError):  # no domain is free: then this is left out
             self._claim, domain = claim_domain()
@@ -145,10 +147,12 @@ class Alone:
         looks, asleep = 0, 0
         with self._claim:
             while not wait_until(lambda: process.ended, LOOK, alert=False):
+                self._begun = self._begun or processes.threaded(process.pid, THREAD)
                 looks += 1
                 asleep += process.asleep
                 if asleep * LOOK >= PATIENT or looks * LOOK >= MOST:
                     self._end(process)
+            self._over = time.clock_gettime(time.CLOCK_BOOTTIME)
 
     def _end(self, process: NodeProcess, why: str = "") -> None:
         why = why or process.endless_wait()
@@ -172,8 +176,11 @@ class Alone:
             self._end(process, why)
             self.gives_up()
 
-    def gives_up(self) -> None:
-        """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0."""
+    def gives_up(self, usage: str = "", least: float = 0.0) -> None:
+        """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0.
+
+        Also if it said nothing but its `usage`, or ended earlier than `least` s after it could first see a server.
+        """
         process, session, why = self._process, live(), ""
         if process is None:
             return
@@ -192,6 +199,22 @@ class Alone:
                 f"{process.returncode}{lost_status(process.name, process.returncode or 0)}\n"
                 f"{process.output.strip() or 'it printed nothing'}"
             )
+        if usage and not _said(process.output) - _said(usage):
+            raise ExerciseError(
+                f"without a server, {process.name} must say so, and it prints what it prints with one argument alone:\n"
+                f"{process.output.strip()}"
+            )
+        waited = self._over - self._begun
+        if self._begun and self._over and waited < least:
+            raise ExerciseError(
+                f"{process.name} must wait for a server that is still starting for {least:g} s at least, and it ended "
+                f"{waited:.1f} s after it had begun to look for one:\n{process.output.strip()}"
+            )
+
+
+def _said(output: str) -> set[str]:
+    """Return the lines that a program has printed, without the time that a logger writes before its text."""
+    return {re.sub(r"\[\d+\.\d+\]", "", line).strip() for line in output.splitlines()}
 
 
 def meet(*ends: Publisher | Subscription | ActionClient, timeout: float = 5.0) -> None:

@@ -1149,6 +1149,60 @@ SENTENCES = [
         "without a server, calculator_client.py must say so, and its exit status must not be 0; it was 0\nNo",
     ),
     each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "print('No answer from /calculator: is calculator_server.py running?')",
+        "print(USAGE)",
+        "must say so, and it prints what it prints with one argument alone:\nUsage: python3 calculator_client.py A B",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "timeout_sec=5.0",
+        "timeout_sec=0.3",
+        "must wait for a server that is still starting for 1 s at least, and it ended 0.",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "        if request.operation == 'add':\n",
+        (
+            "        response.message = getattr(self, 'said', '')\n        self.said = 'Division by zero'\n"
+            "        if request.operation == 'add':\n            self.said = response.message\n"
+        ),
+        "15.5 add 3.2 succeeded with the message 'Division by zero' of that refusal: each answer must depend on",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        return self.get_clock().now() - self.scan_time <= FRESH\n",
+        (
+            "        self.gone = getattr(self, 'gone', False) or self.get_clock().now() - self.scan_time > FRESH\n"
+            "        return not self.gone\n"
+        ),
+        "scans come again after a gap, with a wall at 0.6 m on the right: it must be told (0.3, 0.0), and it is",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "cmd.linear.x = action['linear']",
+        "cmd.linear.x = max(0.0, action['linear'])",
+        "must publish what its agent decides, as it is: another agent, in the place of wall_agent.py, decided (",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "self.agent.decide_action(",
+        "WallAgent().decide_action(",
+        "must create one WallAgent, in `__init__`, and ask that each time: after 10 commands it has created 1",
+    ),
+    each_night(
         "actions",
         "lift-client",
         "lift_client.py",

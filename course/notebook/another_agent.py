@@ -1,0 +1,119 @@
+"""A run of the follower with another agent, beside its check: the node must publish what that decides, as it is."""
+
+import contextlib
+import os
+import shutil
+import signal
+import tempfile
+import threading
+from pathlib import Path
+
+from course.errors import ExerciseError, LiveError
+from course.foundation.waiting import wait_until
+from course.session.domains import claim_domain
+from course.session.live import live
+from course.session.node_process import NodeProcess
+
+DECIDED = (-0.25, 1.5)  # m/s and rad/s, which no rule of the task decides
+ENOUGH = 10  # commands after the first decision, one of which must say it
+MANY = 4  # agents that a node may have made by then: it needs one
+LIMIT = 5.0  # s for which a check waits for it at its end
+MOST = 30.0  # s that it runs
+AGENT = "wall_agent.py"
+# What is put behind the agent's file, in a copy of it: a scanner of its own, and a list of what is published.
+BEHIND = """
+
+
+def _another_agent(cls, decided, told):
+    import math
+    import threading
+    import time
+
+    import rclpy
+    from geometry_msgs.msg import Twist
+    from rclpy.publisher import Publisher
+    from sensor_msgs.msg import LaserScan
+
+    made, asked, first, publish = [], [], cls.__init__, Publisher.publish
+
+    def begin(self, *args, **kwargs):
+        made.append(self)
+        first(self, *args, **kwargs)
+
+    def decide(self, *args, **kwargs):
+        asked.append(self)
+        return dict(zip(("linear", "angular"), decided))
+
+    def tell(self, message):
+        if isinstance(message, Twist) and asked:
+            print(message.linear.x, message.angular.z, len(made), file=told)
+        publish(self, message)
+
+    def scan():
+        context = rclpy.Context()
+        rclpy.init(context=context)
+        node = rclpy.create_node("scanner", context=context)
+        scanner = node.create_publisher(LaserScan, "scan", 10)
+        seen = LaserScan(angle_increment=math.radians(1.0), range_min=0.1, range_max=8.0, ranges=[1.0] * 360)
+        while True:
+            seen.header.stamp = node.get_clock().now().to_msg()
+            publish(scanner, seen)
+            time.sleep(0.1)
+
+    cls.__init__, cls.decide_action, Publisher.publish = begin, decide, tell
+    threading.Thread(target=scan, daemon=True).start()
+
+
+_another_agent(WallAgent, {decided}, open({told!r}, "a", buffering=1))
+"""
+
+
+class AnotherAgent:
+    """A run of the node `file` in a ROS domain of its own, with a scanner, and an agent that decides `DECIDED`.
+
+    It ends by itself, also when the check fails meanwhile.
+    """
+
+    def __init__(self, file: str):
+        self._file = file
+        self._commands: list[list[float]] = []  # after the first decision: two speeds, and how many agents there were
+        self._over = threading.Event()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        with contextlib.suppress(LiveError, OSError), tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
+            claim, domain = claim_domain()  # unless none is free: then this is left out
+            with claim:
+                folder, told = Path(name), Path(name, "told")
+                told.touch()
+                for path in Path().glob("*.py"):
+                    shutil.copyfile(path, folder / path.name)
+                with (folder / AGENT).open("a", encoding="utf-8") as agent:
+                    agent.write(BEHIND.replace("{decided}", repr(DECIDED)).replace("{told!r}", repr(str(told))))
+                process = NodeProcess(folder / self._file, [], domain=domain)
+                wait_until(lambda: told.read_text().count("\n") >= ENOUGH or process.ended, MOST, alert=False)
+                self._commands = [[float(each) for each in line.split()] for line in told.read_text().splitlines()]
+                with contextlib.suppress(ProcessLookupError):  # a thread of it keeps it from ending as others do
+                    os.kill(process.pid, signal.SIGKILL)
+                process.stop()
+        self._over.set()
+
+    def is_published(self) -> None:
+        """Raise ExerciseError if no command says what the agent decided, or if each one has an agent of its own.
+
+        A node that has asked nothing by then is not judged.
+        """
+        commands = self._commands if live().until(self._over.is_set, LIMIT) else []
+        if len(commands) < ENOUGH:
+            return
+        linear, angular, made = commands[-1]
+        if all(tuple(each[:2]) != DECIDED for each in commands):
+            raise ExerciseError(
+                f"{self._file} must publish what its agent decides, as it is: another agent, in the place of "
+                f"{AGENT}, decided {DECIDED}, and it published {linear, angular}"
+            )
+        if made > MANY:
+            raise ExerciseError(
+                f"{self._file} must create one WallAgent, in `__init__`, and ask that each time: after {len(commands)} "
+                f"commands it has created {made:.0f}"
+            )
