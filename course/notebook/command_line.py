@@ -28,6 +28,13 @@ def lost_status(file: str, status: int) -> str:
                 f"\n{frame_at(file, value.lineno, source)}\nAn exit status is a number from 0 to 255, and of "
                 f"{value.value} the remainder is 0: take 1."
             )
+    for handler in (node for node in ast.walk(main or ast.Module([], [])) if isinstance(node, ast.ExceptHandler)):
+        for node in (each for statement in handler.body for each in ast.walk(statement)):
+            if isinstance(node, ast.Return) and node.value is None and status == 0 and any(returns):
+                return (
+                    f"\n{frame_at(file, node.lineno, source)}\nThis returns None, which is the status 0: write "
+                    "`return 1`, for example."
+                )
     exits = sum(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
     given = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, map(_function, call.args))]
     if main and not any(returns) and status == 0 and len(given) == exits == 1:

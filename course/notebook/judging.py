@@ -37,6 +37,7 @@ from course.session.hints import type_name as field_type
 from course.session.hints import uncalled_main
 from course.session.lines_that_wait import executor_threads, remark
 from course.session.live import current, live
+from course.session.matching import served_services
 from course.session.node_process import NodeProcess
 from course.session.offered import other_names
 from course.session.presence import Presence
@@ -82,6 +83,7 @@ SETTING = ("set_parameters", "set_parameters_atomically")
 ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` prints before it asks the file
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
 THREAD = "dds."  # begins the names of the threads with which a program sees others, from its first node on
+LOOKS_FOR_A_SERVER = re.compile(r"wait_for|_is_ready|count_|get_(?:service|node|client)|matched|sleep|spin_once")
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
 
@@ -300,6 +302,13 @@ def meant(file: str, maker: str, name: str) -> None:
         raise ExerciseError(f"{frame_at(file, line, source)}\nThe name must be {name}, and here it is {text}.")
 
 
+def of_type(kind: type[Any], service: str) -> None:
+    """Raise LiveError at once if `service` is served, and with another type: a call would wait in vain."""
+    wanted, served = type_name(kind), served_services(live().node).get(service)
+    if served and wanted not in served:
+        raise LiveError(f"{service} is served with the type {served[0]}; it must be {wanted}.")
+
+
 def node_of(service: str) -> str:
     """Return the full name of the node that serves `service`; raises LiveError if none does within 5 s.
 
@@ -380,10 +389,23 @@ def why_silent(file: str) -> str:
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)
     if spins or sent is None:
-        return return_in_finally(file)
+        return return_in_finally(file) or _unmet(file, source)
     return (
         f"\n{file}, line {sent.lineno}, sends the request, but nothing in the file spins the node, so the response "
         "is never received: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
+    )
+
+
+def _unmet(file: str, source: str) -> str:
+    """Return lines about a client that sends its request without a look for the server; '' if it may look."""
+    sent = next(calls(parse_program(source), "call_async"), None)
+    if sent is None or LOOKS_FOR_A_SERVER.search(source):
+        return ""
+    return (
+        f"\n{frame_at(file, sent.lineno, source)}\nNothing in the file waits for the server before this. A program "
+        "needs a moment to find it, and what it sends before reaches nobody: wait with "
+        f"`{ast.unparse(sent.func).rpartition('.')[0]}.wait_for_service(timeout_sec=...)`, which returns False if no "
+        "server comes."
     )
 
 

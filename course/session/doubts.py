@@ -18,6 +18,7 @@ from course.session.source import (
     inside,
     name_of,
     parse,
+    unanswered,
     unspun_executor,
     wrong_cancel,
     wrong_range,
@@ -38,6 +39,11 @@ def doubts(place: str, source: str) -> list[str]:
         found.append(
             f"{place}, line {wrong[1]}: the cancel callback '{wrong[0]}' returns {wrong[2] or 'nothing'}, so "
             "rclpy refuses every cancel. Return `CancelResponse.ACCEPT` or `CancelResponse.REJECT`."
+        )
+    for name, line, response in unanswered(source):
+        found.append(
+            f"{place}, line {line}: the service callback '{name}' returns nothing, so no response is sent. End it with "
+            f"`return {response}`."
         )
     if unspun := unspun_executor(source):
         found.append(f"{place}: {UNSPUN.format(*unspun)}")

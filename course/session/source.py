@@ -656,7 +656,23 @@ def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:
 def wrong_cancel(source: str) -> tuple[str, int, str] | None:
     """Return a cancel callback that does not return a CancelResponse, in the form of `wrong_result`."""
     tree = parse(source)
-    return _plain_return(tree, {name_of(argument(call, 10, "cancel_callback")) for call in calls(tree, "ActionServer")})
+    names = {name_of(argument(call, 10, "cancel_callback")) for call in calls(tree, "ActionServer")}
+    for function in named(tree, names):
+        for node in inside(function):
+            if isinstance(node, ast.Return) and name_of(getattr(node.value, "value", None)) == "GoalResponse":
+                return function.name, node.lineno, ast.unparse(node.value)  # type: ignore[arg-type]
+    return _plain_return(tree, names)
+
+
+def unanswered(source: str) -> Iterator[tuple[str, int, str]]:
+    """Yield the service callbacks that return nothing on any path: name, line, and the name of the response."""
+    tree = parse(source)
+    for function in named(tree, service_callbacks(tree)):
+        nodes = [*inside(function)]
+        returned = any(isinstance(node, ast.Return) and node.value is not None for node in nodes)
+        ends = any(isinstance(node, (ast.Raise, ast.Yield, ast.While)) for node in nodes)
+        if not returned and not ends and len(function.args.args) > 1:
+            yield function.name, function.lineno, function.args.args[-1].arg
 
 
 def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | None:

@@ -128,3 +128,25 @@ def test_a_return_in_a_finally_is_told_when_something_stands_below_it(tmp_path, 
     says = "\n  client.py, line 5\n    return 0\nThis `return` stands in `finally`"
     assert return_in_finally("client.py").startswith(says) == told == bool(return_in_finally("client.py"))
     assert (says in printed_status("client.py", "", 0)) == (says in why_silent("client.py")) == told
+
+
+@pytest.mark.parametrize(
+    ("ends", "status", "told"), [("return", 0, True), ("return 2", 0, False), ("return", 1, False), ("pass", 0, False)]
+)
+def test_a_return_without_a_status_is_told_where_a_word_is_no_number(tmp_path, monkeypatch, ends, status, told):
+    monkeypatch.chdir(tmp_path)
+    text = "def main():\n    try:\n        a = float(word)\n    except ValueError:\n        print(USAGE)\n        {}\n"
+    (tmp_path / "client.py").write_text(f"{text.format(ends)}    return 1\n\nsys.exit(main())\n")
+    says = "\n  client.py, line 6\n    return\nThis returns None, which is the status 0"
+    assert lost_status("client.py", status).startswith(says) == told == bool(lost_status("client.py", status))
+
+
+@pytest.mark.parametrize(
+    ("before", "told"),
+    [("", True), ("self.client.wait_for_service(timeout_sec=5.0)", False), ("time.sleep(1.0)", False)],
+)
+def test_a_client_that_looks_for_no_server_is_told(tmp_path, monkeypatch, before, told):
+    monkeypatch.chdir(tmp_path)
+    text = f"{before}\nfuture = self.client.call_async(request)\nrclpy.spin_until_future_complete(self, future)\n"
+    (tmp_path / "client.py").write_text(text)
+    assert ("wait with `self.client.wait_for_service(timeout_sec=...)`" in why_silent("client.py")) == told

@@ -126,3 +126,36 @@ Client().ask({asked})
 def test_a_time_limit_in_milliseconds(default, given, asked, line):
     told = long_limit(CLIENT.format(default=default, given=given, asked=asked), 3)
     assert told == (f"A time limit is in seconds: 5000 in line {line} are 83 minutes." if line else "")
+
+
+SERVES = """class Lift(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'block', self.block)
+        ActionServer(self, Lift, 'lift', self.execute, cancel_callback=self.agree)
+    def agree(self, goal_handle):
+        return {agrees}
+    def block(self, request, response):
+        {body}
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "agrees", "says"),
+    [
+        (
+            "response.success = True",
+            "CancelResponse.ACCEPT",
+            "line 7: the service callback 'block' returns nothing, so",
+        ),
+        ("if self.on:\n            return\n        self.on = 1", "CancelResponse.ACCEPT", "End it with `return resp"),
+        ("if self.on:\n            return response", "CancelResponse.ACCEPT", ""),
+        ("raise ValueError", "CancelResponse.ACCEPT", ""),
+        ("while self.on:\n            pass", "CancelResponse.ACCEPT", ""),
+        ("return self.answer(response)", "CancelResponse.ACCEPT", ""),
+        ("return response", "GoalResponse.ACCEPT", "line 6: the cancel callback 'agree' returns GoalResponse.ACCEPT,"),
+    ],
+)
+def test_a_callback_whose_answer_is_none_is_told_at_the_start(body, agrees, says):
+    told = doubts("lift.py", SERVES.format(body=body, agrees=agrees))
+    assert len(told) == bool(says)
+    assert not told or says in told[0]
