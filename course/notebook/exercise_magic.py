@@ -26,6 +26,7 @@ from course.notebook.file_differences import last_written, only_in_the_file, rem
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
 from course.session.slips import else_if
+from course.session.wrong_forms import decimal_comma
 
 ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
 
@@ -174,7 +175,7 @@ def _check_syntax(path: Path, cell: str) -> None:
         number = error.lineno or 0
         # Python would read the line from the file, which still has the old text.
         quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
-        meant = f"\nHint: {why}" if (why := else_if(quoted)) else ""
+        meant = f"\nHint: {why}" if (why := else_if(quoted) or decimal_comma(quoted)) else ""
         raise ExerciseError(
             f"{path.name}, line {number}: {error.msg}: {quoted}{meant}\n"
             f"Nothing was written: {path.name} is unchanged, and a program that was already running goes on."

@@ -31,6 +31,7 @@ from course.session.guards import say
 from course.session.slips import else_if, slips
 from course.session.source import parse
 from course.session.values_seen import misread
+from course.session.wrong_forms import decimal_comma
 
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
@@ -292,7 +293,7 @@ def _tell_of_shell(cell: str, error: SyntaxError) -> None:
     """Tell the reader about a line for a shell, or of another language, in a cell that is not Python."""
     if found := FOR_A_SHELL.search(cell):
         print(f"Hint: This line is for a shell: in a cell, write it with `!`: `!{found[0].strip()}`", file=sys.stderr)
-    elif how := ros_1.command(error.text or "") or else_if(error.text or ""):
+    elif how := ros_1.command(error.text or "") or else_if(error.text or "") or decimal_comma(error.text or ""):
         print(f"Hint: {how}", file=sys.stderr)
 
 

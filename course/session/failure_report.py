@@ -38,6 +38,7 @@ from course.session.source import (
     wrong_guard,
     wrong_return,
 )
+from course.session.wrong_forms import part_for_type
 
 IN_A_CELL = (
     "A node of a notebook belongs to its session: write a class and start it with `ros.start(TheClass)`, or pass the "
@@ -234,6 +235,7 @@ def of_program(
     said = output.strip().splitlines()[-MESSAGE_LINES:] if status > 0 or is_client(source) else []
     if status < 0:
         exited = exited or _fatal(path, output, source)
+        why = why or (part_for_type(exited[-1].line, source) if exited else "")
     return FailureReport(path.name, ending, "\n  ".join(["it printed", *said]) if said else "", exited, why)
 
 

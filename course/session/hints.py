@@ -22,6 +22,7 @@ from rclpy.node import Node
 
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
+from course.session import wrong_forms
 from course.session.arguments import (
     argument_count,
     lambda_arguments,
@@ -1415,6 +1416,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
 )
 OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^[\w.]+(?::|$)", refused_by_raising),
+    *wrong_forms.TABLE,
     (r"attempted invalid transition from state (\w+) with event (\w+)", ended_twice),
     (r"^(?:ModuleNotFoundError: No module named|NameError: name) '([\w.]+)'", library),
     (r"'NoneType' object does not support the context manager protocol", _without_a_context),
