@@ -500,10 +500,21 @@ def _ends(loop: ast.While) -> bool:
 
 
 def more_timers(file: str) -> str:
-    """Return lines about a callback that makes one more timer at each call, or a loop without a pause; else ''."""
+    """Return lines about what publishes beside the timer; '' if the text does not show that.
+
+    That is a callback that makes one more timer at each call, one that publishes for each message, or a loop without a
+    pause.
+    """
     source = text_at(Path(file))
     tree = parse_program(source)
     sending = {each.name for each in functions(tree) if next(calls(each, "publish"), None)} | {"publish"}
+    heard = {name_of(argument(call, *CALLBACKS["create_subscription"])) for call in calls(tree, "create_subscription")}
+    for function in named(tree, heard):
+        for call in (each for name in sorted(sending - {function.name}) for each in calls(function, name)):
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\nThis publishes once more for each message that "
+                f"'{function.name}' gets: the timer alone gives the commands their rate."
+            )
     for function in functions(tree):
         for loop in (each for each in ast.walk(function) if isinstance(each, ast.While)):
             called = {name_of(node.func) for node in ast.walk(loop) if isinstance(node, ast.Call)}

@@ -1,6 +1,7 @@
 """Helpers of public checks: what the text of a program, or its log, shows about a promise that it has not kept."""
 
 import ast
+import math
 import re
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from course.session.source import (
     service_callbacks,
 )
 from course.session.unmeant import NOW
+from course.session.unread import only_none
 from course.session.watch import Handle
 
 LOOKS = re.compile(r"\b(?:is_cancel_requested|is_active|status|STATUS_CANCELING|goal_cancelled)\b")
@@ -65,13 +67,98 @@ def unconverted(file: str) -> str:
         node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and not isinstance(node.value, str)
     }
     called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    converts = called & {"degrees", "rad2deg", "radians", "deg2rad"} or re.search(r"\b(?:180|360|57\.|0\.017)", code)
+    converts = called & {"degrees", "rad2deg", "radians", "deg2rad"} or re.search(
+        r"\b(?:180|360|57\.|0\.017|deg=)", code
+    )
     if "angle_increment" not in code or not numbers >= OF_SECTORS or converts:
         return ""
     return (
         f". The angles of a scan are in radians, those of the sectors in {file} are in degrees, and nothing in it "
         "converts one to the other, as `np.degrees(...)` does"
     )
+
+
+def seen_wrongly(file: str, *, nothing: bool) -> str:
+    """Return why a follower takes a scan for another one, or for `nothing`; '' if its text does not show that."""
+    return unconverted(file) or _of_the_sectors(file) or (_kept_nothing(file) if nothing else "")
+
+
+RIGHT = {-80, -40}
+TURNS = re.compile(r"%|remainder|fmod|atan2|arctan2|unwrap|360|pi\b|tau|while|\bcos|\bsin")
+MIRRORS = re.compile(r"-\s*(?:\w+\.)?(?:angle|deg|theta|scan\.angle)")
+
+
+def _number(node: ast.expr) -> float:
+    """Return a number that is written out; NaN for anything else."""
+    negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+    value = getattr(node.operand if isinstance(node, ast.UnaryOp) else node, "value", None)
+    return (-value if negative else value) if isinstance(value, (int, float)) else math.nan
+
+
+def _of_the_sectors(file: str) -> str:
+    """Return lines on the ends of a sector in the wrong order, or on the left, or on angles that are not turned."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    ends = [(node.lineno, [*map(_number, node.elts)]) for node in ast.walk(tree)
+            if isinstance(node, (ast.Tuple, ast.List)) and len(node.elts) == 2]  # fmt: skip
+    ends += [(node.lineno, [_number(node.left), _number(node.comparators[1])]) for node in ast.walk(tree)
+             if isinstance(node, ast.Compare) and len(node.ops) == 2
+             and all(isinstance(each, (ast.Lt, ast.LtE)) for each in node.ops)]  # fmt: skip
+    for line, (low, high) in ends:
+        if {abs(low), abs(high)} <= OF_SECTORS and low > high:
+            return (
+                f"\n{frame_at(file, line, source)}\nNo angle is above {low:g} and below {high:g}: the smaller "
+                "one comes first."
+            )
+    left = [line for line, (low, high) in ends if {-low, -high} == RIGHT]
+    if left and not any({low, high} == RIGHT for _, (low, high) in ends) and not MIRRORS.search(ast.unparse(tree)):
+        return (
+            f"\n{frame_at(file, left[0], source)}\nAngles grow to the left: those on the right are negative, from -80 "
+            "to -40."
+        )
+    if "angle_increment" in source and left + ends and not TURNS.search(ast.unparse(tree)):
+        return (
+            f". A scanner may begin anywhere, so its angles may go from 0 to 360 degrees: nothing in {file} brings "
+            "them to -180 to 180"
+        )
+    return ""
+
+
+def _kept_nothing(file: str) -> str:
+    """Return lines on a follower whose callback keeps nothing of a scan, or that takes the old ones for fresh."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    heard = {name_of(argument(call, *CALLBACKS["create_subscription"])) for call in calls(tree, "create_subscription")}
+    for function in named(tree, heard):
+        nodes = [*ast.walk(function)]
+        stored = [node.value if isinstance(node, ast.Subscript) else node for node in nodes
+                  if isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store)]  # fmt: skip
+        keeps = any(isinstance(each, ast.Attribute) for each in stored)
+        keeps |= any(isinstance(node, (ast.Global, ast.Nonlocal)) for node in nodes)
+        returned = [node for node in nodes if isinstance(node, ast.Return) and node.value]
+        if returned and not keeps and not any(next(calls(function, name), None) for name in KEEPING):
+            return (
+                f"\n{frame_at(file, returned[0].lineno, source)}\n'{function.name}' is called with each scan, and "
+                "nothing gets what it returns: a callback keeps it in an attribute, `self.distances = ...`."
+            )
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        loaded = {node.attr: node for node in ast.walk(cls)
+                  if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load)}  # fmt: skip
+        for name in sorted(only_none(cls) & {*loaded}):
+            at = frame_at(file, loaded[name].lineno, source)
+            return f"\n{at}\n`self.{name}` is None here, and nothing in {file} sets it to anything else."
+    for function in (each for each in functions(tree) if "fresh" in each.name):
+        for node in (each.value for each in ast.walk(function) if isinstance(each, ast.Return)):
+            older = isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Gt, ast.GtE))
+            if older and isinstance(node, ast.Compare) and name_of(node.comparators[0]) == "FRESH":
+                return (
+                    f"\n{frame_at(file, node.lineno, source)}\nThis is true for a scan that is older than FRESH, and "
+                    "so may not be used."
+                )
+    return ""
+
+
+KEEPING = ("append", "put", "setattr", "update", "publish", "set_result")
 
 
 def other_unit(got: float, wanted: float) -> str:

@@ -19,6 +19,7 @@ from course.session.source import (
     named,
     parameter_callbacks,
     parse,
+    service_callbacks,
     timer_in_a_callback,
     without_global,
 )
@@ -28,6 +29,7 @@ from course.session.unused import unused
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
+CALLED_WITH = ("call_async", "publish", "publish_feedback", "send_goal_async")  # the same, with arguments
 FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
 SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
 IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?::[^{}]*)?\}")
@@ -44,6 +46,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
+    found |= {*_parts_of_a_word(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
@@ -199,6 +202,28 @@ def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
             if name_of(node.value) in (own if of_self else CALLED):
                 text = ast.unparse(node)
                 yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}()`."
+            elif not of_self and name_of(node.value) in CALLED_WITH:
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}(...)`."
+
+
+def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield fields of a request that are looked for inside a word: `request.operation in 'add'`."""
+    for function in named(tree, service_callbacks(tree)):
+        request = function.args.args[-2].arg if len(function.args.args) > 1 else ""
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In) and len(node.ops) == 1):
+                continue
+            left, word = node.left, node.comparators[0]
+            of_request = isinstance(left, ast.Attribute) and name_of(left.value) == request
+            if of_request and isinstance(word, ast.Constant) and isinstance(word.value, str) and word.value.isalpha():
+                yield (
+                    node.lineno,
+                    (
+                        f"`{ast.unparse(node)}` is also true for an empty text and for each part of the word. To "
+                        f"compare, write `{ast.unparse(left)} == {word.value!r}`."
+                    ),
+                )
 
 
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:

@@ -8,6 +8,7 @@ from course.session.interface_fields import fields_of
 from course.session.source import argument, calls, functions_of, inside, name_of, named, service_callbacks
 
 LIKE = 0.85  # least similarity of two attributes' names that should be the same
+LIKE_NONE = 0.7  # the same, if the one that is read is set to None and to nothing else
 BY_NAME = {"locals", "vars", "getattr", "eval", "exec", "__dict__"}  # a text with one of them may read any name
 
 
@@ -73,7 +74,7 @@ def _without_self(cls: ast.ClassDef, told: Collection[ast.Assign]) -> Iterator[t
                     yield statement.lineno, f"{text} attribute of the object, write `self.{name} = ...`."
 
 
-def _misspelt(cls: ast.ClassDef, read: Collection[str]) -> Iterator[tuple[int, str]]:
+def _misspelt(cls: ast.ClassDef, read: set[str]) -> Iterator[tuple[int, str]]:
     """Yield attributes that nothing reads, called nearly like one that `__init__` sets and something reads."""
     begins = next((each for each in functions_of(cls) if each.name == "__init__"), None)
     stored = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
@@ -82,8 +83,28 @@ def _misspelt(cls: ast.ClassDef, read: Collection[str]) -> Iterator[tuple[int, s
     for node in stored:
         if node.attr in first or node.attr in read or any(letter.isdigit() for letter in node.attr):
             continue
-        if near := difflib.get_close_matches(node.attr, first.intersection(read), 1, LIKE):
+        near = difflib.get_close_matches(node.attr, first.intersection(read), 1, LIKE)
+        near = near or difflib.get_close_matches(node.attr, sorted(only_none(cls) & read), 1, LIKE_NONE)
+        if near:
             yield node.lineno, f"nothing in the file reads `self.{node.attr}`. Did you mean `self.{near[0]}`?"
+
+
+def only_none(cls: ast.ClassDef) -> set[str]:
+    """Return the attributes that a class sets to None, and to nothing else, by its text."""
+    if next(calls(cls, "setattr"), None):
+        return set()
+    nodes = [*ast.walk(cls)]
+    none = [
+        target
+        for node in nodes
+        if isinstance(node, (ast.Assign, ast.AnnAssign)) and isinstance(node.value, ast.Constant)
+        if node.value.value is None
+        for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+    ]
+    stored = [node for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+    return {name_of(each) for each in none if isinstance(each, ast.Attribute) and _is_of_self(each)} - {
+        each.attr for each in stored if each not in none
+    }
 
 
 def _assigned(body: list[ast.stmt]) -> Iterator[tuple[ast.Assign, ast.expr]]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.notebook.judging import sets_in_a_check, unlike
+from course.notebook.judging import more_timers, sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
     asked_once,
     built_early,
@@ -11,9 +11,11 @@ from course.notebook.shown_by_text import (
     other_unit,
     published_only_if,
     read_once,
+    seen_wrongly,
     unconverted,
     unseen_scans,
 )
+from tests.hidden import answers
 from tests.mistakes import SOLUTIONS
 
 LOOP = """class Follower(Node):
@@ -47,6 +49,18 @@ def test_a_command_that_is_published_in_a_branch_alone_is_told(tmp_path, monkeyp
     (tmp_path / "follower.py").write_text(LOOP.format(body=body))
     said = published_only_if("follower.py")
     assert says in said and bool(said) == bool(says)
+
+
+def sees_nothing(file: str) -> str:
+    return seen_wrongly(file, nothing=True)
+
+
+@pytest.mark.parametrize("name", answers.load("ai_integration").RIGHT)
+def test_of_a_right_follower_nothing_is_said(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    for file, text in answers.files("ai_integration", name).items():
+        (tmp_path / file).write_bytes(text)
+    assert sees_nothing("wall_follower.py") == more_timers("wall_follower.py") == ""
 
 
 def test_of_a_right_program_nothing_is_said(monkeypatch):
@@ -93,6 +107,27 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          ("\nThis is the time of a command, not of a scan. Keep the time at which a scan comes in 'laser_callback'.")),
         ("ai_integration", "wall_follower.py", {"        cmd = Twist()\n":
          "        self.sent = self.get_clock().now()\n        cmd = Twist()\n"}, unseen_scans, ""),
+        ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (-40, -80)"}, sees_nothing,
+         "\nNo angle is above -40 and below -80: the smaller one comes first."),
+        ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (40, 80)"}, sees_nothing,
+         "\nAngles grow to the left: those on the right are negative, from -80 to -40."),
+        ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (40, 80)",
+         "np.degrees(": "np.degrees(-angles "}, sees_nothing, ""),
+        ("ai_integration", "wall_follower.py",
+         {"np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)": "np.degrees(angles)"}, sees_nothing,
+         "go from 0 to 360 degrees: nothing in wall_follower.py brings them to -180 to 180"),
+        ("ai_integration", "wall_follower.py", {"        self.scan_time = self.get_clock().now()\n": ""}, sees_nothing,
+         "`self.scan_time` is None here, and nothing in wall_follower.py sets it to anything else."),
+        ("ai_integration", "wall_follower.py", {"        self.distances = nearest(msg)\n": "",
+         "        self.scan_time = self.get_clock().now()\n": "        return nearest(msg)\n"}, sees_nothing,
+         "'laser_callback' is called with each scan, and nothing gets what it returns"),
+        ("ai_integration", "wall_follower.py", {"'scan', self.laser_callback,": "'scan', nearest,"}, sees_nothing,
+         "'nearest' is called with each scan, and nothing gets what it returns"),
+        ("ai_integration", "wall_follower.py", {"<= FRESH": "> FRESH"}, sees_nothing,
+         "\nThis is true for a scan that is older than FRESH, and so may not be used."),
+        ("ai_integration", "wall_follower.py", {"        self.scan_time = self.get_clock().now()\n":
+         "        self.scan_time = self.get_clock().now()\n        self.control_loop()\n"}, more_timers,
+         "\nThis publishes once more for each message that 'laser_callback' gets: the timer alone gives"),
     ],
 )  # fmt: skip
 def test_a_cause_that_the_text_shows_is_told(tmp_path, monkeypatch, exercise, file, changes, told, says):

@@ -59,6 +59,10 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
          "line 13: `self.is_fresh` is the method itself, and calls nothing. Call it: `self.is_fresh()`."),
         ("goal.abort", "line 13: `goal.abort` is the method itself, and calls nothing. Call it: `goal.abort()`."),
         ("self.free", ""),
+        ("self.publisher.publish",
+         ("line 13: `self.publisher.publish` is the method itself, and calls nothing. Call it: "
+          "`self.publisher.publish(...)`.")),
+        ("self.publisher.publish(params)", ""),
         ("self.create_timer(1.0, self.check)",
          "line 13: 'check' makes one more timer each time that it is called. Make the timer once, in `__init__`."),
         ("if self.free: self.create_timer(1.0, self.check)", ""),
@@ -152,6 +156,14 @@ def test_a_value_for_a_response_is_told_also_where_its_type_is_not_known():
             f"`self.message` is an attribute of the node, and nothing in the file reads it. {MESSAGE}",
         ),
         ("stopped = True", f"`stopped` {ALONE}To set the attribute of the object, write `self.stopped = ...`."),
+        (
+            "self.on = request.data in 'add'; print(self.on)",
+            (
+                "`request.data in 'add'` is also true for an empty text and for each part of the word. To compare, "
+                "write `request.data == 'add'`."
+            ),
+        ),
+        ("self.on = request.data in ('add',) or 'a' in request.data; print(self.on)", ""),
         ("self.stoped = True", "nothing in the file reads `self.stoped`. Did you mean `self.stopped`?"),
         (
             "self.message = 'on'; print(response.message)",
@@ -479,3 +491,20 @@ def test_no_page_and_no_right_answer_has_one(exercise):
         for file, text in answers.files(exercise, name).items():
             assert slips(text.decode(errors="replace")) == [], (name, file)
             assert doubts(file, text.decode(errors="replace")) == [], (name, file)
+
+
+@pytest.mark.parametrize(
+    ("sets", "more", "told"),
+    [
+        ("self.come = 1", "", True),
+        ("self.come = self.came = 1", "", False),
+        ("self.come = 1", "setattr(self, 'came', 1)", False),
+        ("self.come = 1", "print(self.come)", False),
+        ("self.home = 1", "", False),
+    ],
+)
+def test_an_attribute_that_stays_none_beside_one_that_nothing_reads_is_told(sets, more, told):
+    text = "class Follower(Node):\n    def __init__(self):\n        self.came = None\n"
+    text += f"    def hear(self, msg):\n        {sets}\n        {more or 'pass'}\n        return self.came\n"
+    says = ["note: line 5: nothing in the file reads `self.come`. Did you mean `self.came`?"] if told else []
+    assert slips(f"%%exercise follower.py\n{text}") == says
