@@ -389,15 +389,16 @@ def why_silent(file: str) -> str:
     spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
     sent = next(calls(tree, "call_async"), None)
     if spins or sent is None:
-        return return_in_finally(file) or _unmet(file, source)
+        return return_in_finally(file) or unmet(file)
     return (
         f"\n{file}, line {sent.lineno}, sends the request, but nothing in the file spins the node, so the response "
         "is never received: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)`."
     )
 
 
-def _unmet(file: str, source: str) -> str:
+def unmet(file: str) -> str:
     """Return lines about a client that sends its request without a look for the server; '' if it may look."""
+    source = text_at(Path(file))
     sent = next(calls(parse_program(source), "call_async"), None)
     if sent is None or LOOKS_FOR_A_SERVER.search(source):
         return ""

@@ -121,6 +121,11 @@ def try_tests(file: str | Path, tests: str, timeout: float = USUAL) -> Trial:
         raise ExerciseError(f"the tests, line {error.lineno}: {error.msg}") from None
     if not re.search(r"^\s*(async )?def test_", tests, re.MULTILINE):
         raise ExerciseError("there are no tests: a test is a function whose name begins with test_")
+    for name in _never_run(tests):
+        print(
+            f"note: pytest runs only functions whose name begins with test_; nothing calls '{name}', so it is no test.",
+            file=sys.stderr,
+        )
     if path.stem not in tests:
         raise ExerciseError(f"the tests never import {path.stem}, so they cannot find anything: `import {path.stem}`")
     with ThreadPoolExecutor(AT_ONCE) as pool:
@@ -135,6 +140,24 @@ def try_tests(file: str | Path, tests: str, timeout: float = USUAL) -> Trial:
             )
         found = pool.map(lambda each: _failing(path.name, each.source, tests, timeout)[0], mutants)
         return Trial(list(zip(mutants, found, strict=True)))
+
+
+def _never_run(tests: str) -> list[str]:
+    """Return the functions of a text of tests that assert something, and that nothing runs."""
+    tree = syntax_tree(tests)
+    nodes = [*ast.walk(tree)]
+    used = {node.id for node in nodes if isinstance(node, ast.Name)} | {
+        node.attr for node in nodes if isinstance(node, ast.Attribute)
+    }
+    used |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    return [
+        each.name
+        for each in tree.body
+        if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef)) and not each.decorator_list
+        if not each.name.startswith("test")
+        and each.name not in used
+        and any(isinstance(node, ast.Assert) for node in ast.walk(each))
+    ]
 
 
 def mutants_of(source: str) -> Iterator[Mutant]:

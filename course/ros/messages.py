@@ -248,7 +248,9 @@ def fill(message: Message, values: Any, stamps: list[Stamp] | None = None) -> No
     if not isinstance(values, dict):
         raise TypeError(f"Value '{values}' is expected to be a dictionary but is a {type(values).__name__}")
     slots = dict(zip(message.get_fields_and_field_types(), message.SLOT_TYPES, strict=True))
-    for name, value in values.items():
+    for before, (name, value) in zip([None, *values.values()], values.items(), strict=False):
+        if value is None and isinstance(name, int) and isinstance(before, int):  # YAML's reading of {a: 1,5}
+            raise ValueError(f"'{before},{name}': a number has a decimal point, as in {before}.{name}")
         if value is None and str(name).partition(":")[0] in slots:
             raise ValueError(f"'{name}': write a blank after the colon, as in '{str(name).replace(':', ': ', 1)}'")
         current = getattr(message, str(name))

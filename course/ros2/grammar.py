@@ -122,5 +122,9 @@ def tell_near(name: str, known: Iterable[str]) -> None:
 
     from course.foundation.untrusted import one_line
 
-    if near := difflib.get_close_matches(name, [each for each in known if each != name], 1, NEAR):
+    others = [each for each in known if each != name]
+    near = difflib.get_close_matches(name, others, 1, NEAR)
+    if not near and name.count("/") == 2 and not name.startswith("/"):  # a type of another package
+        near = [each for each in others if each.partition("/")[2] == name.partition("/")[2]]
+    if near:
         print(f"Did you mean {one_line(near[0])}?", file=sys.stderr)

@@ -226,7 +226,7 @@ def not_a_future(found: re.Match[str], source: str) -> str:
         return "A recorder is not a future: its `wait_end()` waits for the end of its goal."
     if "GoalHandle'" in found[0]:
         return "A goal handle is not a future: `ros.wait(handle.get_result_async())` waits for the end of its goal."
-    what = f"the response of {found[1]}" if found[1] else "something else"
+    what = f"the response of {found[1]}" if found[1] else "None" if "'NoneType'" in found[0] else "something else"
     if not re.search(r"\bros\.\w", source):
         return f"A future is needed here, such as that of `client.call_async(...)`, and this is {what}."
     waited = " `ros.call(...)` has waited already, and returns the response itself." if "ros.call(" in source else ""

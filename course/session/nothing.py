@@ -49,7 +49,7 @@ def awaited_nothing(found: re.Match[str], source: str, code: str) -> str:
             for value in [given, *(each for _, each in assigned(given, source))]:
                 name = name_of(value.func) if isinstance(value, ast.Call) else ""
                 for function in named(parse(source), {name}):
-                    if _is_silent(function):
+                    if _is_silent(function) and not isinstance(function, ast.AsyncFunctionDef):
                         return (
                             f"`{name}` returns nothing, so `{ast.unparse(given)}` is None. End `{name}` with a "
                             "`return` of the future."

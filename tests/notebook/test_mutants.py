@@ -146,3 +146,14 @@ def test_what_cannot_be_tried_is_a_sentence(file, monkeypatch, text, tests, said
     with pytest.raises(ExerciseError) as error:
         try_tests(file, tests)
     assert str(error.value) == said
+
+
+@pytest.mark.parametrize(
+    ("named", "told"), [("it_refuses", True), ("test_it_refuses", False), ("refuses", False), ("helper", False)]
+)
+def test_a_test_that_pytest_does_not_run_is_told(file, capsys, named, told):
+    text = f"def test_it(): refuses()\ndef {named}():\n    {'pass' if named == 'helper' else 'assert 1'}\n"
+    with pytest.raises(ExerciseError):  # the tests do not import the file
+        try_tests(file, text)
+    says = f"name begins with test_; nothing calls '{named}', so it is no test."
+    assert (says in capsys.readouterr().err) == told

@@ -636,6 +636,8 @@ def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(em
 
 
 LIFT = answers.solution("actions")["lift_server.py"].decode()
+REQUEST, RESPONSE = answers.solution("calculator")["Calculate.srv"].decode().split("---\n")
+EXCHANGED = (f"{REQUEST}---\n{RESPONSE}", f"{RESPONSE}---\n{REQUEST}")
 STORED = LIFT[
     LIFT.index("        self.newest = goal_handle\n") : LIFT.index("            return self.move(goal_handle)\n")
 ]
@@ -688,6 +690,7 @@ SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
         each_night("actions", "lift-server", "lift_server.py",
                    "self.newest = goal_handle", "self.new_est = goal_handle",
                    "the feedback (floor, stops_left) was [], and the goal ended as aborted"),
+        each_night("calculator", "calculate-srv", "Calculate.srv", *EXCHANGED, "the two lists are exchanged: "),
         each_night("actions", "lift-server", "lift_server.py", "(SetBool, '/lift/block'",
                    "(__import__('std_srvs.srv').srv.Trigger, '/lift/block'",
                    "/lift/block is served with the type std_srvs/srv/Trigger; it must be std_srvs/srv/SetBool."),

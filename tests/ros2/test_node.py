@@ -140,6 +140,7 @@ def test_info_of_an_unknown_node(ros2):
         ("param get /talker use_sim_tme", "use_sim_time", "Parameter not set"),
         ("run course add_two_ints_clent", "add_two_ints_client", "No executable found"),
         ("service call /a std_srv/srv/Trigger", "std_srvs/srv/Trigger", "The passed service type is invalid"),
+        ("service call /a my_package/srv/Trigger", "std_srvs/srv/Trigger", "The passed service type is invalid"),
         ("topic pub /a std_msgs/msg/Strin", "std_msgs/msg/String", "The passed message type is invalid"),
     ],
 )

@@ -88,6 +88,7 @@ def test_call_takes_values_from_stdin_and_defaults_without_any(ros2):
     ("values", "message"),
     [
         ("{c: 1}", "'AddTwoInts_Request' object has no attribute 'c'"),
+        ("{a: 1,5, b: 2}", "'1,5': a number has a decimal point, as in 1.5"),
         ("{a: two}", "invalid literal for int() with base 10: 'two'"),
         ("[1, 2]", "Value '[1, 2]' is expected to be a dictionary but is a list"),
         ("", "Value 'None' is expected to be a dictionary but is a NoneType"),

@@ -34,6 +34,7 @@ class Agent:
         self.state = LOOKING
 """
 NO_ATTRIBUTE = "AttributeError: '{}' object has no attribute '{}'"
+NO_FUTURE = "AttributeError: 'NoneType' object has no attribute 'add_done_callback'"
 UNNAMED = "NameError: name '{}' is not defined"
 
 
@@ -112,6 +113,18 @@ UNNAMED = "NameError: name '{}' is not defined"
             "A text stands in quotation marks: `'add'`.",
         ),
         (UNNAMED.format("add"), "if word == add:\n    pass\nelif word == 2:\n    pass", "if word == add:", ""),
+        (
+            NO_FUTURE,
+            f"{CLIENT}    def send(self):\n        self.client.call_async(1)\nfuture = node.send()\n",
+            "print(ros.wait(future).sum)",
+            "`send` returns nothing, so `future` is None. End `send` with a `return` of the future.",
+        ),
+        (
+            NO_FUTURE,
+            f"{CLIENT}    def send(self):\n        return self.future\nfuture = node.send()\n",
+            "ros.wait(future)",
+            "and this is None.",
+        ),
         (NO_ATTRIBUTE.format("LaserScan", "angle_inc"), "", "scan.angle_inc", "Did you mean `angle_increment`?"),
         (NO_ATTRIBUTE.format("LaserScan", "angle"), "", "scan.angle", ""),
         ("TypeError: 'LaserScan' object is not subscriptable", "", "distances['front']", "This is a whole message, a"),
