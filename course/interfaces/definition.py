@@ -109,6 +109,8 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
         raise InterfaceError(f"{where}: a field must begin in the first column: '{line.strip()}'")
     if "//" in code and '"' not in code and "'" not in code:
         raise InterfaceError(f"{where}: a comment begins with '#', not with '//': '{code}'")
+    if code[0] in "\"'":
+        raise InterfaceError(f"{where}: a comment begins with '#', and has no quotation marks: '{code}'")
     words = [word.rstrip(":;,") for word in code.split()] if re.match(r"\w+\s*:", code) else code.split()
     if len(words) < 2:
         raise InterfaceError(f"{where}: a field is a type and a name, as in 'float64 a'; this is '{code}'")
@@ -119,6 +121,9 @@ def _parse_line(line: str, where: str, package: str) -> list[Field]:
         near = near_types(base) or difflib.get_close_matches(base, PRIMITIVE_TYPES)
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise InterfaceError(f"{where}: there is no type '{base}'{hint}")
+    found = re.fullmatch(r"(\w+)\s*(:?)\s*(\w+)\s*([;,]?)", code)
+    if found and (mark := found[2] or found[4]):
+        raise InterfaceError(f"{where}: a field is a type and a name, without '{mark}': write '{found[1]} {found[3]}'")
     _check_name(code.split(maxsplit=1)[1], where)
     try:
         with contextlib.redirect_stderr(io.StringIO()):

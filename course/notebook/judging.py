@@ -29,7 +29,7 @@ from course.notebook.file_differences import refusal_of
 from course.ros.names import split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, action_name
 from course.session.domains import claim_domain
-from course.session.doubts import long_limit
+from course.session.doubts import long_limit, short_wait
 from course.session.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.session.guards import interruptible
 from course.session.hangs import NOT_SPUN, THREADS, beginning
@@ -205,6 +205,11 @@ class Alone:
             raise ExerciseError(
                 f"without a server, {process.name} must say so, and it prints what it prints with one argument alone:\n"
                 f"{process.output.strip()}"
+            )
+        if (short := short_wait(process.source, least)) is not None:
+            raise ExerciseError(
+                f"{frame_at(process.name, short[0], process.source)}\n{process.name} must wait for a server that is "
+                f"still starting for {least:g} s at least, and here it waits {short[1]:g} s."
             )
         waited = self._over - self._begun
         if self._begun and self._over and waited < least:

@@ -76,6 +76,22 @@ def long_limit(source: str, line: int) -> str:
     return ""
 
 
+def short_wait(source: str, least: float) -> tuple[int, float] | None:
+    """Return the line of the one wait for a service, and its time limit in s, if that is less than `least`.
+
+    None unless the text shows that it waits once: in no loop, and with a limit that is written out.
+    """
+    tree = parse(source)
+    waits = list(calls(tree, "wait_for_service"))
+    if len(waits) != 1 or any(isinstance(node, (ast.While, ast.For, ast.comprehension)) for node in ast.walk(tree)):
+        return None
+    limit: ast.expr | None = argument(waits[0], 0, "timeout_sec")
+    if isinstance(limit, ast.Name):
+        limit = _default(tree, waits[0].lineno, limit.id)
+    seconds = limit.value if isinstance(limit, ast.Constant) else None
+    return (waits[0].lineno, seconds) if isinstance(seconds, (int, float)) and seconds < least else None
+
+
 def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:
     """Return the default of the argument `name` of the function around a line, if no call gives one; else None."""
     for function in (each for each in functions(tree) if covers(each, line)):

@@ -206,6 +206,9 @@ def test_the_cache_is_keyed_by_content(cache):
         ("A.action", "int32 a\n---\n", "needs 2 lines '---'"),
         ("A.srv", "---\n\nint32 a, b\n", "A.srv, line 3"),
         ("A.srv", "int32 a\nint64 a\n---\n", "A.srv, line 2: the field 'a' is defined twice"),
+        ("A.srv", "float64 a;\n---\n", "a field is a type and a name, without ';': write 'float64 a'"),
+        ("A.srv", "float64: a\n---\n", "a field is a type and a name, without ':': write 'float64 a'"),
+        ("A.srv", '"""Adds."""\n---\n', "A.srv, line 1: a comment begins with '#', and has no quotation marks"),
         ("A.srv", "int32 Upper\n---\n", "this is 'Upper': write 'upper'"),
         ("A.msg", "int8 a 300\n", "A.msg, line 1"),
         (

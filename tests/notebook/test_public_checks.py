@@ -1173,7 +1173,7 @@ SENTENCES = [
         "calculator_client.py",
         "timeout_sec=5.0",
         "timeout_sec=0.3",
-        "must wait for a server that is still starting for 1 s at least, and it ended 0.",
+        "must wait for a server that is still starting for 1 s at least, and here it waits 0.3 s.",
     ),
     each_night(
         "calculator",

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.session.doubts import doubts, long_limit
+from course.session.doubts import doubts, long_limit, short_wait
 
 LIFT = """
 class Lift(Node):
@@ -159,3 +159,18 @@ def test_a_callback_whose_answer_is_none_is_told_at_the_start(body, agrees, says
     told = doubts("lift.py", SERVES.format(body=body, agrees=agrees))
     assert len(told) == bool(says)
     assert not told or says in told[0]
+
+
+@pytest.mark.parametrize(
+    ("default", "given", "asked", "found"),
+    [
+        ("0.5", "timeout_sec", "1", (3, 0.5)),
+        ("5.0", "0.5", "1", (3, 0.5)),
+        ("0.5", "timeout_sec", "1, timeout_sec=5.0", None),
+        ("5.0", "timeout_sec", "1", None),
+        ("0.5", "LIMIT", "1", None),
+        ("5.0", "0.5", "[each for each in (1, 2)]", None),
+    ],
+)
+def test_a_wait_for_a_service_that_is_too_short_is_found(default, given, asked, found):
+    assert short_wait(CLIENT.format(default=default, given=given, asked=asked), 1.0) == found
