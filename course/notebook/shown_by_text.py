@@ -3,6 +3,7 @@
 import ast
 import math
 import re
+from itertools import pairwise
 from pathlib import Path
 
 from course.session.failure_report import frame_at, text_at
@@ -300,7 +301,40 @@ def log_of(server: Handle) -> str:
     shown = "".join(f"\n  {line}" for line in lines)
     found = f"\nThe end of its log is:{shown}" if shown else "\nIts log is empty."
     for call in calls(parse(server.source), "debug"):
-        if isinstance(call.func, ast.Attribute) and "logger" in ast.unparse(call.func.value):
+        if isinstance(call.func, ast.Attribute) and "log" in ast.unparse(call.func.value).lower():
             at = frame_at(server.name, call.lineno, server.source)
             return f"{found}\n{at}\nWhat is logged with `debug` is not shown by default: use `info`."
     return found
+
+
+def broken_chain(file: str, word: str) -> str:
+    """Return lines on an `if` in the place of an `elif`, whose last branches run for `word` as well.
+
+    '' if the text does not show that.
+    """
+    source = text_at(Path(file))
+    for node in ast.walk(parse(source)):
+        body = getattr(node, "body", [])
+        for before, after in pairwise(body if isinstance(body, list) else []):
+            if not (isinstance(before, ast.If) and isinstance(after, ast.If) and after.orelse and not before.orelse):
+                continue
+            compared = [each.test for each in (before, after)]
+            if not all(isinstance(each, ast.Compare) and len(each.ops) == 1 for each in compared):
+                continue
+            one, other = (each for each in compared if isinstance(each, ast.Compare))
+            same = ast.unparse(one.left) == ast.unparse(other.left) and isinstance(one.ops[0], ast.Eq)
+            goes_on = not isinstance(before.body[-1], (ast.Return, ast.Raise, ast.Continue, ast.Break))
+            if same and goes_on and getattr(one.comparators[0], "value", None) == word:
+                return (
+                    f"\n{frame_at(file, after.lineno, source)}\nThis `if` begins a new chain, whose last branches run "
+                    f"for '{word}' as well: write `elif`."
+                )
+    return ""
+
+
+def never_reads(file: str, field: str) -> str:
+    """Return a sentence on a client that never reads this field of the response; '' if it may."""
+    source = text_at(Path(file))
+    if re.search(rf"\b{field}\b", ast.unparse(parse(source))) or "getattr" in source:
+        return ""
+    return f"\nNothing in {file} reads `{field}` of the response, which says whether it was refused."

@@ -3,7 +3,7 @@
 import ast
 from collections.abc import Iterator
 
-from course.session.source import functions, inside, name_of, named, service_callbacks
+from course.session.source import CALLBACKS, argument, calls, functions, inside, name_of, named, service_callbacks
 
 MILLISECONDS = 1e6  # nanoseconds in one
 NOW = {"now", "monotonic", "time", "perf_counter"}
@@ -15,6 +15,7 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _answers_later(tree)
     yield from _milliseconds(tree)
     yield from _negative_ages(tree)
+    yield from _cancels_in_vain(tree)
 
 
 def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -60,6 +61,26 @@ def _answers_later(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 LATER = {"create_task", "submit", "Thread"}  # what runs a function beside the callback
 WAITS = {"join", "result", "wait", "acquire", "get", "sleep", "spin_once", "spin_until_future_complete"}
+
+
+def _cancels_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the places where an execute callback asks for a cancel in a text that never ends a goal as canceled."""
+    if any(isinstance(node, ast.Attribute) and node.attr == "canceled" for node in ast.walk(tree)):
+        return
+    names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")} - {""}
+    for function in named(tree, names):
+        for node in (each for each in inside(function) if isinstance(each, ast.If)):
+            asked, ends = node.test, node.body[-1]
+            if isinstance(asked, ast.Attribute) and asked.attr == "is_cancel_requested" and isinstance(
+                ends, (ast.Break, ast.Return)
+            ):  # fmt: skip
+                yield (
+                    ends.lineno,
+                    (
+                        f"a goal whose cancel is requested ends as canceled only by `{ast.unparse(asked.value)}"
+                        ".canceled()`, which nothing here calls."
+                    ),
+                )
 
 
 def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -5,8 +5,10 @@ import pytest
 from course.notebook.judging import more_timers, sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
     asked_once,
+    broken_chain,
     built_early,
     late_newest,
+    never_reads,
     no_cancel,
     other_unit,
     published_only_if,
@@ -107,6 +109,15 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          ("\nThis is the time of a command, not of a scan. Keep the time at which a scan comes in 'laser_callback'.")),
         ("ai_integration", "wall_follower.py", {"        cmd = Twist()\n":
          "        self.sent = self.get_clock().now()\n        cmd = Twist()\n"}, unseen_scans, ""),
+        ("calculator", "calculator_server.py", {"elif request.operation == 'subtract'":
+         "if request.operation == 'subtract'"}, lambda file: broken_chain(file, "add"),
+         "This `if` begins a new chain, whose last branches run for 'add' as well: write `elif`."),
+        ("calculator", "calculator_server.py", {}, lambda file: broken_chain(file, "add"), ""),
+        ("calculator", "calculator_server.py", {"elif request.operation == 'subtract'":
+         "if request.operation == 'subtract'"}, lambda file: broken_chain(file, "subtract"), ""),
+        ("calculator", "calculator_client.py", {"if not response.success:": "if not response:"},
+         lambda file: never_reads(file, "success"), "Nothing in calculator_client.py reads `success` of the response"),
+        ("calculator", "calculator_client.py", {}, lambda file: never_reads(file, "success"), ""),
         ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (-40, -80)"}, sees_nothing,
          "\nNo angle is above -40 and below -80: the smaller one comes first."),
         ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (40, 80)"}, sees_nothing,

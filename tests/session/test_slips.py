@@ -486,7 +486,7 @@ def test_a_condition_on_a_parameter_that_never_changes_is_told(test, says):
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
-        assert cell.kind != "code" or slips(cell.source) == [], cell.source
+        assert cell.kind != "code" or slips(cell.source) == doubts("the cell", cell.source) == [], cell.source
     for name in answers.load(exercise).RIGHT:
         for file, text in answers.files(exercise, name).items():
             assert slips(text.decode(errors="replace")) == [], (name, file)
@@ -508,3 +508,29 @@ def test_an_attribute_that_stays_none_beside_one_that_nothing_reads_is_told(sets
     text += f"    def hear(self, msg):\n        {sets}\n        {more or 'pass'}\n        return self.came\n"
     says = ["note: line 5: nothing in the file reads `self.come`. Did you mean `self.came`?"] if told else []
     assert slips(f"%%exercise follower.py\n{text}") == says
+
+
+COUNTS = """class Counter(Node):
+    def __init__(self):
+        ActionServer(self, Fibonacci, 'count', self.execute)
+    def execute(self, goal_handle):
+        for number in range(3):
+            if goal_handle.is_cancel_requested:
+                {ends}
+        goal_handle.succeed()
+"""
+
+
+@pytest.mark.parametrize(
+    ("ends", "told"),
+    [
+        ("break", True),
+        ("return Fibonacci.Result()", True),
+        ("goal_handle.canceled(); break", False),
+        ("self.stop()", False),
+    ],
+)
+def test_a_cancel_that_never_ends_the_goal_as_canceled_is_told(ends, told):
+    says = "note: line 7: a goal whose cancel is requested ends as canceled only by `goal_handle.canceled()`, which"
+    found = slips(COUNTS.format(ends=ends))
+    assert len(found) == told and all(each.startswith(says) for each in found)
