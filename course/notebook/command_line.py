@@ -3,10 +3,10 @@
 import ast
 from pathlib import Path
 
-from course.session.failure_report import frame_at, text_at
-from course.session.hints import EXITS, uncalled_main
-from course.session.mixups import assigned
-from course.session.source import calls, functions, name_of, parse
+from course.explaining.failure_report import frame_at, text_at
+from course.explaining.hints import EXITS, uncalled_main
+from course.explaining.mixups import assigned
+from course.explaining.source import calls, functions, name_of, parse
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
 NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status

@@ -15,6 +15,8 @@ from IPython.core.magic_arguments import argument, magic_arguments, parse_argstr
 
 from course import registry
 from course.errors import CourseError, ExerciseError, NodeFailed
+from course.explaining.slips import else_if
+from course.explaining.wrong_forms import decimal_comma
 from course.foundation import storage
 from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
@@ -25,8 +27,6 @@ from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
 from course.notebook.file_differences import last_written, only_in_the_file, remember, remember_refused
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
-from course.session.slips import else_if
-from course.session.wrong_forms import decimal_comma
 
 ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
 

@@ -20,18 +20,18 @@ from typing import TYPE_CHECKING, Any
 from IPython import get_ipython
 
 from course.errors import CourseError
+from course.explaining import ros_1
+from course.explaining.cell_loops import server_waited_for
+from course.explaining.slips import else_if, slips
+from course.explaining.source import parse
+from course.explaining.values_seen import misread
+from course.explaining.wrong_forms import decimal_comma
 from course.foundation import cells
 from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
 from course.notebook.needed_cells import SESSION, names_of
-from course.session import ros_1
-from course.session.cell_loops import server_waited_for
 from course.session.guards import say
-from course.session.slips import else_if, slips
-from course.session.source import parse
-from course.session.values_seen import misread
-from course.session.wrong_forms import decimal_comma
 
 # A command that waits for an answer, with the name of the server.
 ASKS = re.compile(r"\bros2 +(?:service +call|action +send_goal) +(?:-\S+ +)*[\"']?/?([\w/]+)")
@@ -139,7 +139,7 @@ def _interrupted(trace: Any) -> str:
 
 
 def _in_cells(trace: Any) -> list[traceback.FrameSummary]:
-    from course.session.source import is_cell
+    from course.explaining.source import is_cell
 
     return [frame for frame in traceback.extract_tb(trace) if is_cell(frame.filename)]
 
@@ -152,7 +152,7 @@ def _line(trace: Any) -> str:
 
 def _known(error: Exception) -> str:
     """Return the session's hint on an error in the cell itself; '' without a session or a hint."""
-    module = sys.modules.get("course.session.failure_report")
+    module = sys.modules.get("course.explaining.failure_report")
     return str(module.hint_on(error)) if module and not isinstance(error, CourseError) else ""
 
 

@@ -18,30 +18,13 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
-from course.foundation import processes
-from course.foundation.waiting import wait_until
-from course.interfaces.builder import build
-from course.interfaces.definition import SECTIONS, parse
-from course.interfaces.kept import packages
-from course.notebook.command_line import lost_status, return_in_finally
-from course.notebook.exercise_names import instead_of
-from course.notebook.file_differences import refusal_of
-from course.ros.names import split, type_name
-from course.ros.rclpy_internals import NodeNameNonExistentError, action_name
-from course.session.domains import claim_domain
-from course.session.doubts import long_limit, short_wait
-from course.session.failure_report import GUARDED, MARK, frame_at, of_program, text_at
-from course.session.guards import interruptible
-from course.session.hangs import NOT_SPUN, THREADS, beginning
-from course.session.hints import type_name as field_type
-from course.session.hints import uncalled_main
-from course.session.lines_that_wait import executor_threads, remark
-from course.session.live import current, live
-from course.session.matching import served_services
-from course.session.node_process import NodeProcess
-from course.session.offered import other_names
-from course.session.presence import Presence
-from course.session.source import (
+from course.explaining.doubts import long_limit, short_wait
+from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
+from course.explaining.hangs import NOT_SPUN, THREADS, beginning
+from course.explaining.hints import type_name as field_type
+from course.explaining.hints import uncalled_main
+from course.explaining.lines_that_wait import executor_threads, remark
+from course.explaining.source import (
     CALLBACKS,
     ONE_AT_A_TIME,
     SLEEPS,
@@ -60,7 +43,24 @@ from course.session.source import (
     without_global,
     wrong_guard,
 )
-from course.session.source import parse as parse_program
+from course.explaining.source import parse as parse_program
+from course.foundation import processes
+from course.foundation.waiting import wait_until
+from course.interfaces.builder import build
+from course.interfaces.definition import SECTIONS, parse
+from course.interfaces.kept import packages
+from course.notebook.command_line import lost_status, return_in_finally
+from course.notebook.exercise_names import instead_of
+from course.notebook.file_differences import refusal_of
+from course.ros.names import split, type_name
+from course.ros.rclpy_internals import NodeNameNonExistentError, action_name
+from course.session.domains import claim_domain
+from course.session.guards import interruptible
+from course.session.live import current, live
+from course.session.matching import served_services
+from course.session.node_process import NodeProcess
+from course.session.offered import other_names
+from course.session.presence import Presence
 from course.session.watch import Handle
 
 # Python itself (`faulthandler`) reports where a program is, whatever it waits for, and ends: after some processor time,

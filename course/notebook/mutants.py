@@ -19,10 +19,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from course.errors import ExerciseError
+from course.explaining.failure_report import Frame
+from course.explaining.source import calls
 from course.foundation.syntax import syntax_tree
 from course.session.domains import claim_domain
-from course.session.failure_report import Frame
-from course.session.source import calls
 from course.session.stacks import Stacks
 
 # Operators, and their likely slips.

@@ -9,8 +9,8 @@ import symtable
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
+from course.explaining.source import parse
 from course.foundation.cells import Cell
-from course.session.source import parse
 
 SESSION = "ros"  # the session's name in the notebooks
 MAGIC = "%%exercise"

@@ -6,9 +6,8 @@ import re
 from itertools import pairwise
 from pathlib import Path
 
-from course.session.failure_report import frame_at, text_at
-from course.session.node_process import NodeProcess
-from course.session.source import (
+from course.explaining.failure_report import frame_at, text_at
+from course.explaining.source import (
     CALLBACKS,
     argument,
     calls,
@@ -20,8 +19,9 @@ from course.session.source import (
     parse,
     service_callbacks,
 )
-from course.session.unmeant import NOW
-from course.session.unread import only_none
+from course.explaining.unmeant import NOW
+from course.explaining.unread import only_none
+from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
 LOOKS = re.compile(r"\b(?:is_cancel_requested|is_active|status|STATUS_CANCELING|goal_cancelled)\b")

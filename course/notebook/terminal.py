@@ -15,17 +15,17 @@ from html import escape
 from pathlib import Path
 
 from course.errors import ExerciseError, NodeFailed
+from course.explaining import ros_1
+from course.explaining.endless_waits import EndlessSpin
+from course.explaining.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at, without_ignored
+from course.explaining.lines_that_wait import remark
+from course.explaining.parameter_files import unparsed, unread_files, unread_words, with_tabs
 from course.foundation import processes
 from course.foundation.waiting import lookouts, wait_until
-from course.session import ros_1
-from course.session.endless_waits import EndlessSpin
-from course.session.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at, without_ignored
 from course.session.guards import say
-from course.session.lines_that_wait import remark
 from course.session.live import Session, current
 from course.session.logs import node_of_line
 from course.session.offered import strangers
-from course.session.parameter_files import unparsed, unread_files, unread_words, with_tabs
 from course.session.stacks import Stacks
 
 STYLE = (

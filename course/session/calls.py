@@ -14,14 +14,15 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.explaining.failure_report import Frame, of_thread
+from course.explaining.hangs import NOT_SPUN
+from course.explaining.lines_that_wait import crowded, remark
+from course.explaining.source import ONE_AT_A_TIME, answering, blocked, second_check, swapped_callbacks, wrong_result
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
-from course.session.failure_report import Frame, of_thread
 from course.session.guards import say
-from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import is_of
-from course.session.lines_that_wait import crowded, remark
 from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
 from course.session.matching import served_services, unfit_service, unfit_topics, unserved
@@ -30,7 +31,6 @@ from course.session.offered import client_for_service, may_serve, never_made, no
 from course.session.outsiders import Outsiders
 from course.session.patience import Patience
 from course.session.presence import Presence
-from course.session.source import ONE_AT_A_TIME, answering, blocked, second_check, swapped_callbacks, wrong_result
 from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result

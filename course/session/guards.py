@@ -26,9 +26,9 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import get_default_context
 
+from course.explaining.source import AWAIT, is_cell, running_cell
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import busy_receiver, client_of, is_served, is_shut_down, owner, replace_in_rclpy
-from course.session.source import AWAIT, is_cell, running_cell
 
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
 EXECUTORS = rclpy.executors.__file__

@@ -28,6 +28,10 @@ from rclpy.task import Future
 
 from course import environment, recorders
 from course.errors import LiveError
+from course.explaining.cell_loops import CellLoop, cell_loop
+from course.explaining.doubts import doubts
+from course.explaining.failure_report import FailureReport, cell_of
+from course.explaining.source import is_cell, parse
 from course.foundation.waiting import in_vain, lookouts, tellers, time_limit, wait_until
 from course.interfaces import builder, kept
 from course.ros.fast_dds import ignore_discovery
@@ -35,10 +39,7 @@ from course.ros.onlooker import Onlooker
 from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
 from course.session.calls import Calls
-from course.session.cell_loops import CellLoop, cell_loop
 from course.session.domains import domain_number, session_domain
-from course.session.doubts import doubts
-from course.session.failure_report import FailureReport, cell_of
 from course.session.following import LogFollower
 from course.session.guards import Guards, interruptible, say
 from course.session.interface_usage import destructors
@@ -71,7 +72,6 @@ from course.session.outsiders import Outsiders
 from course.session.publishing import Publishing
 from course.session.requests import fill, service_type
 from course.session.session_logs import SessionLogs
-from course.session.source import is_cell, parse
 from course.session.spinner import Spinner
 from course.session.started_nodes import USUAL, StartedNodes
 from course.session.table import Nodes, Row

@@ -16,9 +16,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from course.ros.names import SEND, is_hidden
-from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult, is_executing
-from course.session.failure_report import (
+from course.explaining.failure_report import (
     GOAL_ENDING,
     FailureReport,
     Frame,
@@ -29,8 +27,10 @@ from course.session.failure_report import (
     place_of,
     text_of,
 )
+from course.explaining.source import argument, calls, class_text, parse
+from course.ros.names import SEND, is_hidden
+from course.ros.rclpy_internals import GoalFault, NodeNameNonExistentError, NoResult, is_executing
 from course.session.logs import Logs
-from course.session.source import argument, calls, class_text, parse
 from course.session.spinner import Spinner, destroy_node
 
 

@@ -13,12 +13,12 @@ from rclpy.qos import QoSCompatibility, QoSProfile, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from course.explaining.failure_report import Frame, place_of, text_of
+from course.explaining.source import cells_run, made_at
 from course.ros.names import OF_EVERY_NODE, SEND, is_hidden, type_name
 from course.ros.qos import words
 from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, action_type
-from course.session.failure_report import Frame, place_of, text_of
 from course.session.node_process import NodeProcess
-from course.session.source import cells_run, made_at
 from course.session.watch import Handle
 
 LISTED = 6  # topics that are named in a message

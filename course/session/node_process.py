@@ -14,10 +14,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
-from course.foundation import processes
-from course.ros.discovery import mark
-from course.ros.names import base
-from course.session.failure_report import (
+from course.explaining.failure_report import (
     GOAL_FAILED,
     MARK,
     NO_DECISION,
@@ -29,7 +26,10 @@ from course.session.failure_report import (
     of_program,
     text_at,
 )
-from course.session.lines_that_wait import crowded, executor_threads
+from course.explaining.lines_that_wait import crowded, executor_threads
+from course.foundation import processes
+from course.ros.discovery import mark
+from course.ros.names import base
 from course.session.logs import LONGEST, node_of_line
 from course.session.stacks import Stacks
 

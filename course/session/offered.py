@@ -5,9 +5,9 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+from course.explaining.source import CALLBACKS, argument, calls, functions, name_of, parse
 from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
-from course.session.source import CALLBACKS, argument, calls, functions, name_of, parse
 from course.session.watch import Handle
 
 # What makes a node's endpoints, and position and name of the argument with their name.

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from course.session.failure_report import Frame
+from course.explaining.failure_report import Frame
 
 LOOK = 0.05  # s between two looks
 FIRST = 40  # the look at which the program is asked where it is: after about 2 s, later on a busy machine

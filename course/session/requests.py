@@ -8,8 +8,8 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
-from course.session.arguments import half, type_of
-from course.session.hints import type_name
+from course.explaining.arguments import half, type_of
+from course.explaining.hints import type_name
 
 REQUEST = "_Request"
 

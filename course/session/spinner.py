@@ -12,9 +12,9 @@ from types import FrameType
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor, ShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
+from course.explaining.failure_report import FailureReport, Frame, cell_of, of_exception
+from course.explaining.source import is_cell
 from course.ros.rclpy_internals import cancel_pending_requests, destroy, end_thread_pool, pool_of
-from course.session.failure_report import FailureReport, Frame, cell_of, of_exception
-from course.session.source import is_cell
 
 KEPT = 100  # exceptions of one node
 REPORTS = 20  # exceptions that are shown to the reader: their texts may differ

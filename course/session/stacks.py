@@ -11,11 +11,11 @@ import time
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
+from course.explaining.endless_waits import EndlessSpin, endless_spin, endless_wait, is_at_rest
+from course.explaining.failure_report import Frame, where
+from course.explaining.hangs import beginning, hang, in_calls, unspun
 from course.foundation import processes
 from course.foundation.waiting import wait_until
-from course.session.endless_waits import EndlessSpin, endless_spin, endless_wait, is_at_rest
-from course.session.failure_report import Frame, where
-from course.session.hangs import beginning, hang, in_calls, unspun
 from course.session.started import sitecustomize
 
 ASKED = 1.0  # s for a program to write its stacks

@@ -19,27 +19,27 @@ from rclpy.exceptions import NotInitializedException
 from rclpy.node import Node
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.explaining.doubts import doubts
+from course.explaining.failure_report import Frame, text_at
+from course.explaining.hangs import NOT_SPUN
+from course.explaining.parameter_files import set_parameters, unread_files
+from course.explaining.source import makes_one_node, running_cell
 from course.foundation import processes
 from course.foundation.processes import processor_time
 from course.foundation.waiting import wait_until
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, base
 from course.ros.rclpy_internals import GoalFault, NoResult, is_initialized, is_watched
 from course.session.calls import Calls
-from course.session.doubts import doubts
-from course.session.failure_report import Frame, text_at
 from course.session.guards import say
-from course.session.hangs import NOT_SPUN
 from course.session.interface_usage import destructors
 from course.session.live_node import LiveNode, Owner, in_context
 from course.session.misuse import no_node
 from course.session.node_process import NodeProcess
 from course.session.outsiders import Outsider, Outsiders
-from course.session.parameter_files import set_parameters, unread_files
 from course.session.presence import Presence, difference
 from course.session.publishing import Publishing
 from course.session.requests import argument
 from course.session.session_logs import SessionLogs
-from course.session.source import makes_one_node, running_cell
 from course.session.spinner import Spinner, frames_in_cells
 from course.session.table import Row
 from course.session.watch import Handle, Watch

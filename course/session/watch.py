@@ -10,9 +10,9 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from course.errors import NodeFailed
+from course.explaining.failure_report import FailureReport, cell_of
 from course.registry import told_elsewhere
 from course.ros.names import is_of_every_node
-from course.session.failure_report import FailureReport, cell_of
 from course.session.live_node import LiveNode
 from course.session.node_process import NodeProcess
 

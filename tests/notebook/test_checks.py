@@ -10,9 +10,9 @@ import pytest
 
 import course
 from course.errors import ExerciseError
+from course.explaining.hints import hint
 from course.foundation.cells import Cell
 from course.notebook import checks, extension, runs
-from course.session.hints import hint
 from tests.kernels import Kernel
 
 RELAY = object()

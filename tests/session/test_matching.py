@@ -18,9 +18,9 @@ from std_msgs.msg import Float64, Int32, String
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError
+from course.explaining.failure_report import hint_on
 from course.ros.rclpy_internals import RCLError
 from course.session import guards, live, matching
-from course.session.failure_report import hint_on
 from course.session.live import TELLING, Session
 from course.session.matching import unfit_service, unfit_topics, unlike_clients
 from course.session.no_world import no_world

@@ -14,12 +14,12 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from course.errors import LiveError, NodeFailed
+from course.explaining.failure_report import hint_on
 from course.foundation import waiting
 from course.foundation.waiting import wait_until
 from course.recorders import ParameterRecorder, TopicRecorder
 from course.ros.rclpy_internals import RCLError
 from course.session import started_nodes
-from course.session.failure_report import hint_on
 from course.session.live import Session, live
 
 

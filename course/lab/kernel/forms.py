@@ -13,8 +13,8 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
+from course.explaining.hints import type_name
 from course.ros import messages
-from course.session.hints import type_name
 
 WHOLE = {
     f"{sign}int{bits}": (0, 2**bits - 1) if sign else (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)

@@ -1,0 +1,88 @@
+"""Conditions in a text that are always true, or always false, whatever the values are."""
+
+import ast
+from collections.abc import Iterator
+
+from course.explaining.source import name_of
+
+OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
+
+
+def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield the conditions of a text that cannot be meant, each as its line and a sentence."""
+    nodes = [*ast.walk(tree)]
+    own = {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))}
+    own |= {name_of(node) for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)}
+    sent = {
+        ast.unparse(target)
+        for node in nodes
+        if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)).endswith("_async")
+        for target in node.targets
+    }
+    for node in nodes:
+        for asked in asked_by(node):
+            text = ast.unparse(asked)
+            if isinstance(asked, ast.GeneratorExp):
+                yield (
+                    asked.lineno,
+                    f"`{text}` is a generator, which is always true. Write `all{text}`, or `any{text}`.",
+                )
+            of_rclpy = isinstance(asked, ast.Attribute) and asked.attr in OF_RCLPY - own
+            of_a_future = isinstance(asked, ast.Attribute) and asked.attr == "done" and ast.unparse(asked.value) in sent
+            if text == "rclpy.ok" or of_rclpy or of_a_future:
+                yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
+        if isinstance(node, (ast.If, ast.While, ast.IfExp)):
+            yield from _texts_alone(node.test)
+
+
+def asked_by(node: ast.AST) -> list[ast.expr]:
+    """Return the expressions that a node uses as conditions; of `a or b` alone, only the first is one."""
+    if isinstance(node, (ast.If, ast.While, ast.IfExp)):
+        return _conditions(node.test)
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        return _conditions(node.operand)
+    return [each for value in node.values[:-1] for each in _conditions(value)] if isinstance(node, ast.BoolOp) else []
+
+
+def _conditions(test: ast.expr) -> list[ast.expr]:
+    if isinstance(test, ast.BoolOp):
+        return [each for value in test.values for each in _conditions(value)]
+    return [test]
+
+
+def _texts_alone(test: ast.expr) -> Iterator[tuple[int, str]]:
+    """Yield texts and numbers beside a comparison in a condition: `operation == 'add' or 'plus'`."""
+    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+        yield from _texts_alone(test.operand)
+    if not isinstance(test, ast.BoolOp):
+        return
+    for value in test.values:
+        yield from _texts_alone(value)
+    alone = [each for each in test.values if _is_true(each)]
+    compared = [each for each in test.values if isinstance(each, ast.Compare) and len(each.ops) == 1]
+    if not alone or not isinstance(test.op, ast.Or):
+        return
+    if not compared:
+        if isinstance(getattr(alone[0], "value", None), str):
+            text = f"`{ast.unparse(alone[0])}` stands alone here, which is always true."
+            yield alone[0].lineno, f"{text} Compare something with it, or leave it out."
+        return
+    each = compared[0]
+    meant = [ast.unparse(_compared(value, each) if value in alone else value) for value in test.values]
+    joined = " and " if isinstance(each.ops[0], (ast.NotEq, ast.NotIn)) else " or "
+    yield (
+        alone[0].lineno,
+        f"`{ast.unparse(alone[0])}` stands alone here, which is always true. Write `{joined.join(meant)}`.",
+    )
+
+
+def _is_true(value: ast.expr) -> bool:
+    known = isinstance(value, ast.Constant) and isinstance(value.value, (str, int, float))
+    return known and not isinstance(value.value, bool) and bool(value.value)  # type: ignore[attr-defined]
+
+
+def _compared(value: ast.expr, like: ast.Compare) -> ast.Compare:
+    """Return a comparison like another one, with this value in place of its constant."""
+    if isinstance(like.left, ast.Constant):
+        return ast.Compare(value, like.ops, like.comparators)
+    return ast.Compare(like.left, like.ops, [value])

@@ -1,0 +1,92 @@
+"""Hints on what a line gives to a field of a message: something else than a value, as its text shows."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from course.explaining.interface_fields import fields_of
+from course.explaining.mixups import assigned, line_tree, returned
+from course.explaining.nothing import returned_nothing
+from course.explaining.source import CALLBACKS, Function, argument, calls, functions, name_of, named, parse
+
+
+def no_value(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that gives the field `found[1]` a method, a message, a dict or nothing; else ''."""
+    for given in _given(found[1], code):
+        explained = (_method(given, source), _message(given, source, code), _dict(given, source, code))
+        if why := next(filter(None, (*explained, returned_nothing(source, ast.unparse(given), given=True))), ""):
+            return why
+    return ""
+
+
+def _given(field: str, code: str) -> Iterator[ast.expr]:
+    """Yield what a line gives to a field: `response.message = value`, `Float64(data=value)`."""
+    for node in ast.walk(line_tree(code)):
+        if isinstance(node, ast.Assign) and field in map(name_of, node.targets):
+            yield node.value
+        if isinstance(node, ast.keyword) and node.arg == field:
+            yield node.value
+
+
+def _method(given: ast.expr, source: str) -> str:
+    methods = {each.name for each in functions(parse(source)) if not each.decorator_list}
+    if isinstance(given, ast.Attribute) and name_of(given.value) == "self" and given.attr in methods:
+        return f"`{ast.unparse(given)}` is the method itself. Call it: `{ast.unparse(given)}()`."
+    return ""
+
+
+def _message(given: ast.expr, source: str, code: str) -> str:
+    """Return the hint on the message of a subscription, or the request of a service, in the place of its field."""
+    tree = parse(source)
+    for maker, kind, part, place in (
+        ("create_subscription", (0, "msg_type"), "", -1),
+        ("create_service", (0, "srv_type"), "Request", -2),
+    ):
+        for call in calls(tree, maker) if isinstance(given, ast.Name) else ():
+            for function in named(tree, {name_of(argument(call, *CALLBACKS[maker]))}):
+                names = [each.arg for each in function.args.args if each.arg != "self"]
+                stored = [node for node in ast.walk(function) if isinstance(node, ast.Name) and node.id in names[place:]
+                          and isinstance(node.ctx, ast.Store)]  # fmt: skip
+                if names[place:][:1] != [ast.unparse(given)] or stored or not _has_line(function, source, code):
+                    continue
+                whole = f"`{names[place]}` is the whole {'request' if part else 'message'}"
+                fields = [f"`{names[place]}.{each}`" for each in fields_of(tree, argument(call, *kind), part)]
+                if len(fields) == 1:
+                    return f"{whole}: its value is {fields[0]}."
+                return f"{whole}: write one of its fields, {' or '.join(fields)}." if fields else ""
+    return ""
+
+
+def _dict(given: ast.expr, source: str, code: str) -> str:
+    """Return the hint on a dict in the place of one of its values."""
+    values: list[ast.expr] = [given] if isinstance(given, ast.Call) else []
+    if isinstance(given, ast.Name):
+        around = [each for each in functions(parse(source)) if _has_line(each, source, code)]
+        values = [value for line, value in assigned(given, source)
+                  if not around or any(each.lineno <= line <= (each.end_lineno or 0) for each in around)]  # fmt: skip
+    dicts = [_dict_of(value, source) for value in values]
+    if not dicts or not all(dicts) or not (keys := [each.value for each in dicts[0].keys  # type: ignore[union-attr]
+                                                    if isinstance(each, ast.Constant)]):  # fmt: skip
+        return ""
+    text = ast.unparse(given)
+    return f"`{text}` is a dict: write one of its values, {' or '.join(f'`{text}[{key!r}]`' for key in keys)}."
+
+
+def _dict_of(value: ast.expr, source: str) -> ast.Dict | None:
+    """Return the dict that an expression is, or that the function it calls returns, here or in a file beside."""
+    if isinstance(value, ast.Dict):
+        return value
+    if not isinstance(value, ast.Call):
+        return None
+    texts = [source]
+    for node in ast.walk(parse(source)):
+        path = Path(f"{node.module}.py") if isinstance(node, ast.ImportFrom) else None
+        texts += [path.read_text(encoding="utf-8", errors="replace")] if path and path.is_file() else []
+    made = [each for text in texts for _, each in returned(name_of(value.func), text)]
+    return made[0] if made and all(isinstance(each, ast.Dict) for each in made) else None  # type: ignore[return-value]
+
+
+def _has_line(function: Function, source: str, code: str) -> bool:
+    lines = source.splitlines()[function.lineno - 1 : function.end_lineno]
+    return any(line.strip() == code.strip() for line in lines)

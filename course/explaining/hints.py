@@ -1,0 +1,1463 @@
+"""Hints on the causes of the errors that students of ROS 2 meet most, a sentence each.
+
+There is a hint only if the cause is known.
+"""
+
+import ast
+import builtins
+import contextlib
+import difflib
+import importlib
+import inspect
+import re
+import sys
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+
+from action_msgs.msg import GoalStatus
+from rclpy.action.client import ClientGoalHandle
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from course.explaining import wrong_forms
+from course.explaining.arguments import (
+    argument_count,
+    lambda_arguments,
+    logged,
+    node_without_quotes,
+    order_of_arguments,
+    response_first,
+    self_behind_super,
+    unknown_keyword,
+    wrong_kind,
+)
+from course.explaining.endings import around, ended_twice, refused_by_raising
+from course.explaining.field_values import no_value
+from course.explaining.imports import is_there, wrong_import
+from course.explaining.mixups import (
+    NOT_THERE,
+    UNCALLED,
+    class_changed,
+    class_for_response,
+    class_passed,
+    hidden_by_file,
+    idle_lambda,
+    line_tree,
+    method_for_result,
+    never_set,
+    not_a_future,
+    not_called,
+    outside_of_functions,
+    parameter_counts,
+    session_overwritten,
+    type_for_part,
+)
+from course.explaining.nothing import (
+    attribute_of_nothing,
+    awaited_nothing,
+    gave_nothing,
+    returned_nothing,
+    silent_helper,
+)
+from course.explaining.of_parameters import list_of_parameters, no_check_result
+from course.explaining.operands import time_without, unfit
+from course.explaining.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
+from course.explaining.parameter_files import unparsed
+from course.explaining.ros_1 import library
+from course.explaining.slips import methods_asked
+from course.explaining.source import (
+    CALLBACKS,
+    argument,
+    called_callback,
+    calls,
+    functions,
+    hidden_method,
+    hides_rclpy,
+    inside,
+    methods,
+    misspelt_init,
+    name_of,
+    named,
+    no_result,
+    node_classes,
+    outside_of_its_class,
+    parameter_callbacks,
+    parse,
+    service_callbacks,
+    spins_a_class,
+    wrong_return,
+)
+from course.foundation import cells
+from course.foundation.untrusted import read_regular
+
+# Attributes of rclpy's node whose names a class may use by mistake.
+OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
+MOST = 1_000_000  # bytes of a file that is searched
+Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
+LOOKED = 4000  # characters: an error may hold all that a program has printed
+OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
+# Python's names of a field's type, and the names in a definition file.
+TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
+
+
+def hint(error: str, source: str = "", code: str = "") -> str:
+    """Return a hint on `error`, the last line of a traceback (`TypeError: ...`), or ''.
+
+    `source` is the text of the program, and `code` the reader's line that caused the error.  Only the first LOOKED
+    characters of the error are searched.
+    """
+    error = error[:LOOKED]
+    for pattern, line, text in IN_A_LINE:
+        if re.search(pattern, error) and re.search(line, code):
+            return text
+    for pattern, explain_line in OF_A_LINE:
+        if (found := re.search(pattern, error)) and (text := explain_line(found, source, code)):
+            return text
+    for pattern, explain in KNOWN:
+        if (found := re.search(pattern, error, re.DOTALL)) and (text := explain(found, source)):
+            return text
+    return ""
+
+
+def type_name(kind: str) -> str:
+    """Return a field's type as in a definition: `float64`, where the Python class has `double`."""
+    if found := re.fullmatch(r"sequence<(.*?)(?:, (\d+))?>", kind):
+        return f"{type_name(found[1])}[{'<=' + found[2] if found[2] else ''}]"
+    if found := re.fullmatch(r"(.*)\[(\d+)\]", kind):
+        return f"{type_name(found[1])}[{found[2]}]"
+    return TYPES.get(kind, kind)
+
+
+def returns_nothing(callback: Callable[..., object]) -> bool:
+    """Return True if a function's source has no `return` with a value."""
+    try:
+        found = list(functions(parse(textwrap.dedent(inspect.getsource(callback)))))
+    except (OSError, TypeError):
+        return False
+    return bool(found) and not _returns(found[0])
+
+
+def never_called(source: str, name: str = "main") -> bool:
+    """Return True if a program defines the function `name` and never calls it."""
+    tree = parse(source)
+    return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
+
+
+def uncalled_main(source: str) -> tuple[int, str] | None:
+    """Return why the main() of a program does not run, and the line that only names it, or 0; None if it is called.
+
+    The text may also hand main() to something that calls it, such as a thread: then this is None, too.
+    """
+    if not never_called(source):
+        return None
+    tree = parse(source)
+    main = next(each for each in functions(tree) if each.name == "main")
+    run = "sys.exit(main())" if _returns(main) else "main()"
+    bare = [node for node in ast.walk(tree) if isinstance(node, ast.Expr) and name_of(node.value) == "main"]
+    ended = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, call.args)]
+    if len(bare) + len(ended) < sum(name_of(node) == "main" for node in ast.walk(tree) if isinstance(node, ast.Name)):
+        return None
+    for node, write in (*((each.value, run) for each in bare), *((each, "sys.exit(main())") for each in ended)):
+        return node.lineno, f"`{ast.unparse(node)}` names the function and does not call it: write `{write}`."
+    return 0, f"main() is defined, but never called: end the file with `if __name__ == '__main__': {run}`."
+
+
+EXITS = ("exit", "_exit", "SystemExit")
+
+
+def makes_no_node(source: str) -> str:
+    """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
+    tree = parse(source)
+    nodes = node_classes(tree)
+    if any(list(calls(tree, name)) for name in ("create_node", "Node", *(node.name for node in nodes))):
+        return ""
+    if nodes:
+        return (
+            f"The file has the class {nodes[-1].name}, and makes no node of it. `main()` creates the node and spins "
+            "it, and the file ends with `if __name__ == '__main__': main()`."
+        )
+    return "" if re.search(r"\b(?:rclpy|course|import_module)\b", source) else "It ended at once: it makes no node."
+
+
+SERVES = ("create_service", "ActionServer", "create_timer", "create_subscription", "create_publisher")
+
+
+def is_client(source: str) -> bool:
+    """Return True if a program makes clients, and nothing that others ask, hear or wait for."""
+    tree = parse(source)
+    asks = any(list(calls(tree, name)) for name in ("create_client", "ActionClient"))
+    return asks and not serves(source)
+
+
+def serves(source: str) -> bool:
+    """Return True if a program makes something that must run on: a server, a timer, or an end of a topic."""
+    tree = parse(source)
+    return any(list(calls(tree, name)) for name in SERVES)
+
+
+def never_spins(source: str) -> bool:
+    """Return True if a program makes its node but never waits for callbacks."""
+    tree = parse(source)
+    return not any(list(calls(tree, name)) for name in SPINS)
+
+
+SPINS = ("spin", "spin_once", "spin_until_future_complete", "wait", "sleep", "input")
+
+
+def _returns(function: ast.AST) -> bool:
+    return any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(function))
+
+
+# --- the causes ---
+
+
+def _nothing_returned(found: re.Match[str], source: str) -> str:
+    if made := class_for_response(source):
+        return f"`{made[2]}` is the class of the response. Create one with brackets: `{made[2]}()`."
+    if idle := idle_lambda(source):
+        return f"The callback `{idle[0]}` calls nothing: pass the method itself, `{idle[2]}`."
+    if callback := wrong_return(source):
+        name, _, returned = callback
+        if re.match(r"\w+ = ", returned):
+            return (
+                f"In the service callback '{name}', `{returned}` puts something else in the place of the response that "
+                "it is given. Set the fields of that one instead (`response.field = ...`), and return it."
+            )
+        if ".Response(" in returned:
+            return (
+                f"The service callback '{name}' returns `{returned}`, and its service is of another type: fill in the "
+                "response that it is given, and return that."
+            )
+        what = f"`{returned}`, not the response" if returned else "nothing"
+        return f"The service callback '{name}' returns {what}: end it with `return response`."
+    if helper := silent_helper(source):
+        return (
+            f"The service callback '{helper[2]}' returns what `{helper[0]}` gives it, and that is nothing: end "
+            f"`{helper[0]}` with `return response`, on every path through it."
+        )
+    return "Did your callback return the response? A service callback must end with `return response`."
+
+
+def _unknown_field(found: re.Match[str], source: str) -> str:
+    message, part, name = found[1], found[2], found[3]
+    fields = _fields(message, part, source)
+    if part in ("Request", "Response") and name not in fields and (swapped := response_first(source)):
+        return swapped
+    if part == "Request" and name not in fields and name in _fields(message, "Response", source):
+        tree = parse(source)
+        for function in named(tree, service_callbacks(tree)):
+            for node in (each for each in inside(function) if isinstance(each, ast.Assign)):
+                if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == f"{message}.Request":
+                    return (
+                        f"`{ast.unparse(node)}` makes a request. Set the fields of the response that '{function.name}' "
+                        "is given, and return that."
+                    )
+    if (part, name) == ("Goal", "request") and name not in fields:
+        return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
+    return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
+
+
+def _no_such_field(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute that a message, whose type the program imports, does not have."""
+    message, name = found[1], found[2]
+    fields = _fields(message, "", source)
+    if not fields or name in fields:
+        return ""
+    if more := [each for each in fields if each.startswith(name)]:
+        return f"Did you mean `{more[0]}`?"
+    return _has_fields(f"The message {message}", fields, name)
+
+
+def _wrapped(found: re.Match[str], source: str) -> str:
+    """Return the hint on a missing attribute of a goal's response or a feedback message, which wraps the one meant."""
+    part, name = found[2], found[3]
+    if part == "FeedbackMessage":
+        return f"A feedback callback gets a message that contains the feedback: write `.feedback.{name}`."
+    if name in OF_A_GOAL_HANDLE:
+        sends = next(calls(parse(source), "send_goal"), None)
+        return (
+            "`send_goal` waits for the goal to end and returns its result, not the goal handle: use `send_goal_async`."
+            if sends
+            else f"This is the response of `get_result_async`, with `status` and `result`. `{name}` belongs to the "
+            "goal handle, which you get from `send_goal_async`."
+        )
+    fields = _fields(found[1], "Result", source)
+    if name not in fields and (near := difflib.get_close_matches(name, ("status", "result"), 1)):
+        return f"The response has a `status` and a `result`. Did you mean `{near[0]}`?"
+    if fields and name not in fields:
+        return _has_fields(f"The response has a `status` and a `result`, and the result of {found[1]}", fields, name)
+    return f"The response has a `status` and a `result`, and the fields are in that `result`: write `.result.{name}`."
+
+
+OF_A_GOAL_HANDLE = (
+    "accepted",
+    "cancel_goal",
+    "cancel_goal_async",
+    "get_result",
+    "get_result_async",
+    "goal_id",
+    "stamp",
+)
+
+
+def _has_fields(what: str, fields: list[str], name: str) -> str:
+    if not fields:
+        return f"{what} has no field '{name}': compare the spelling with the definition."
+    near = difflib.get_close_matches(name, fields, 1)
+    meant = f" Did you mean `{near[0]}`?" if near else ""
+    listed = f"fields {', '.join(fields)}" if len(fields) > 1 else f"one field {fields[0]}"
+    return f"{what} has the {listed}.{meant}"
+
+
+def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an unknown field, as in `SetParametersResult(success=...)`."""
+    name = found[1]
+    written = rf"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\((?=[^()]*\b{name}\s*=)"  # first where the field is in its own brackets
+    for message, part in re.findall(written, code) or re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
+        if package := _imported_before(message, part, name):
+            return (
+                f"`{message}` is still the type of the build before: import it again, "
+                f"`from {package} import {message}`."
+            )
+        if fields := _fields(message, part, source):
+            what = f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}" if part else message
+            return _has_fields(what, fields, name)
+    return f"The message has no field '{name}': `ros2 interface show` shows its fields."
+
+
+def _imported_before(message: str, part: str, field: str) -> str:
+    """Return the package of a type of the notebook that was built again since, if the new one has `field`; else ''."""
+    old = getattr(sys.modules.get("__main__"), message, None)
+    package = getattr(old, "__module__", "").rpartition(".")[0]
+    if not package.endswith((".action", ".msg", ".srv")):
+        return ""
+    try:
+        new = getattr(importlib.import_module(package), message)
+        fields = (getattr(new, part) if part else new).get_fields_and_field_types()
+    except (ImportError, AttributeError):
+        return ""
+    return package if old is not new and field in fields else ""
+
+
+def _fields(message: str, part: str, source: str) -> list[str]:
+    """Return the fields of a type that the program imports, if it is known here."""
+    module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
+    known = getattr(sys.modules.get("__main__"), message, None)
+    try:
+        kind = getattr(importlib.import_module(module[1]), message) if module else known
+        return list((getattr(kind, part) if part else kind).get_fields_and_field_types())  # type: ignore[union-attr]
+    except (ImportError, AttributeError, TypeError):
+        return []
+
+
+def _wrong_type(found: re.Match[str], source: str) -> str:
+    field, kind = found[1], found[2]
+    examples = {
+        "float": "a float, such as 3.0, not an int, a NumPy number or None: convert a number with `float(...)`",
+        "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
+        "str": "a string: use `str(...)` or an f-string",
+        "bool": "True or False: convert it with `bool(...)`",
+    }
+    return f"The field '{field}' takes {examples[kind]}."
+
+
+def _sent(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line in which a client sends something that is no goal or request of its type."""
+    for method, (part, what) in SENT.items():
+        for call in calls(parse(code), method):
+            made = call.args[0] if call.args else None
+            if isinstance(made, ast.Call) and name_of(made.func) == part:
+                kind = ast.unparse(made.func)
+                return (
+                    f"`{kind}` is not of this client's type: a client sends {what} of the type with which it was "
+                    f"created. Compare this line, the line that creates the client, and the imports."
+                )
+        if re.search(rf"\b{method}\(", code):
+            return f"A client sends {what} of its own type, with the values in its fields: `TheType.{part}(...)`."
+    return ""
+
+
+OF_AN_ACTION, OF_A_SERVICE = ("Goal", "a goal"), ("Request", "a request")
+SENT = {"send_goal": OF_AN_ACTION, "send_goal_async": OF_AN_ACTION, "call": OF_A_SERVICE, "call_async": OF_A_SERVICE}
+
+
+def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that gives a field a Parameter, directly or by a name."""
+    if re.search(r"get_parameter_value\(\)(?!\s*\.)", code):
+        return OF_A_PARAMETER_VALUE
+    if not re.search(r"get_parameter\([^()]*\)(?!\s*\.)", code) and not any(
+        re.search(rf"(?<![\w.]){re.escape(name)}(?!\s*[\w.(=])", code) for name in _parameters_kept(source)
+    ):
+        return ""
+    return OF_A_PARAMETER
+
+
+def _parameters_kept(source: str) -> set[str]:
+    """Return the names that a program gives to what `get_parameter(...)` returns."""
+    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    kept = [each for each in made if isinstance(each.value, ast.Call) and name_of(each.value.func) == "get_parameter"]
+    return {ast.unparse(target) for each in kept for target in each.targets}
+
+
+OF_A_LIST = "`set_parameters` takes a list: `set_parameters([Parameter(...)])`."
+OF_A_PARAMETER = "`get_parameter(...)` returns a Parameter: its value is `.value`."
+OF_ITS_TYPE = (
+    "A ParameterValue is a message with a field for each type: the value is in `.double_value`, `.integer_value`, "
+    "`.string_value`, ..."
+)
+OF_A_PARAMETER_VALUE = (
+    "`get_parameter_value()` returns a message with a field for each type, such as `.double_value`. Shorter: "
+    "`self.get_parameter('kp').value`."
+)
+
+
+def _sub_message(found: re.Match[str], source: str) -> str:
+    if found[1] == "result" and found[2].endswith("_Result"):
+        action = found[2].removesuffix("_Result")
+        name = callback[0] if (callback := no_result(source)) else "execute"
+        return f"The callback '{name}' must end with `return {action}.Result(...)`, on every path through it."
+    return f"The field '{found[1]}' holds a {found[2]} message: set its fields, as in `.{found[1]}.x = 0.3`."
+
+
+def _init_as_context(found: re.Match[str], source: str) -> str:
+    tree = parse(source)
+    managed = (item.context_expr for node in ast.walk(tree) if isinstance(node, ast.With) for item in node.items)
+    if any(isinstance(each, ast.Call) and ast.unparse(each.func) in ("rclpy.init", "init") for each in managed):
+        return (
+            "`with rclpy.init()` needs a newer release: in ROS 2 Jazzy, `rclpy.init()` returns nothing. Call it on a "
+            "line of its own, and `rclpy.try_shutdown()` in a `finally`."
+        )
+    return ""
+
+
+def _no_node_name(found: re.Match[str], source: str) -> str:
+    if name := misspelt_init(source):
+        return f"The constructor is called `__init__`, with two underscores on each side: you have `{name}`."
+    return "Give the node a name: `super().__init__('my_node')`."
+
+
+def _no_constructor(found: re.Match[str], source: str) -> str:
+    if name := misspelt_init(source, found[1]):
+        return (
+            f"The constructor of {found[1]} is called `__init__`, with two underscores on each side: you have `{name}`."
+        )
+    return ""
+
+
+def _not_callable(found: re.Match[str], source: str) -> str:
+    if hidden := hidden_method(source):
+        name, line = hidden
+        return f"`self.{name} = ...` in line {line} replaces the method `{name}`: rename one of the two."
+    if called := called_callback(source):
+        method, line = called
+        return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
+    return "What is called here is not a function. Pass a callback by its name, without brackets: `self.add`."
+
+
+def _wrong_callback(found: re.Match[str], source: str) -> str:
+    if hidden_method(source) or called_callback(source):
+        return _not_callable(found, source)
+    given = [argument(call, *CALLBACKS["create_subscription"]) for call in calls(parse(source), "create_subscription")]
+    for each in given:
+        if isinstance(each, ast.Call) and name_of(each.func) != "partial":
+            called_at_once, function = ast.unparse(each), ast.unparse(each.func)
+            return (
+                f"`{called_at_once}` is called at once, and the subscription gets what it returns. Pass the function "
+                f"itself, `{function}`, or `lambda msg: {called_at_once}`."
+            )
+        if isinstance(each, ast.Name) and isinstance(getattr(sys.modules.get("__main__"), each.id, None), list):
+            return f"`{each.id}` is a list, not a function: pass its method, `{each.id}.append`."
+    of_self = not given or any(isinstance(each, ast.Attribute) for each in given)
+    example = "(self, msg)" if of_self else "lambda msg: ..."
+    return f"The callback of a subscription must take the message: `{example}`."
+
+
+def _class_for_node(found: re.Match[str], source: str) -> str:
+    if spun := spins_a_class(source):
+        call, name, line = spun
+        return f"`{call}` in line {line} gets the class `{name}`, and needs a node of it: `node = {name}()`."
+    return ""
+
+
+PLAIN = ("bool", "int", "float", "str", "list", "array", "dict", "tuple")
+
+
+def _called_here(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on what a line calls, if it calls anything but Python's own functions."""
+    names = [name for name in dict.fromkeys(map(ast.unparse, called(code))) if not hasattr(builtins, name)]
+    if not code or hidden_method(source) or called_callback(source):
+        return ""
+    kind = with_article(found[1])
+    properties = {each.name for each in functions(parse(source)) if "property" in map(name_of, each.decorator_list)}
+    if len(names) == 1 and (name := names[0].rpartition(".")[2]) in properties:
+        return f"`{name}` is a property: leave out the brackets, `{names[0]}`."
+    if len(names) == 1 and names[0].count(".") == 1 and found[1] in PLAIN:  # a field, or an attribute of the node
+        return f"`{names[0]}` is {kind} here, not a function: leave out the brackets after it."
+    if len(names) == 1:
+        return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."
+    return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
+
+
+def _response_for_callback(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `cancel_callback=CancelResponse.ACCEPT`, or on brackets after such a response."""
+    kind, what = found[1], found[1].removesuffix("Response").lower()
+    if code:
+        return f"`{kind}.ACCEPT` and `{kind}.REJECT` are no functions: leave out the brackets after them."
+    given = "goal_handle" if what == "cancel" else "goal"
+    return (
+        f"`{what}_callback` takes a function that returns the {kind}: "
+        f"`{what}_callback=lambda {given}: {kind}.ACCEPT`, for example."
+    )
+
+
+def _of_rclpy(found: re.Match[str], source: str) -> str:
+    name = found[1] or found[2]
+    return f"rclpy's Node already has an attribute `{name}`: choose another name." if hasattr(Node, name) else ""
+
+
+GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
+
+
+def _unbound(found: re.Match[str], source: str) -> str:
+    name, tree = found[1], parse(source)
+    if any(name in map(name_of, getattr(each, "targets", [getattr(each, "target", None)])) for each in tree.body):
+        return (
+            f"`{name}` is a variable of the whole text: a function that sets it begins with `global {name}`. "
+            f"In a node, keep it in `self.{name}`."
+        )
+    for outer in functions(tree):
+        inner = [each for each in functions(outer) if each is not outer and _stores(each, name)]
+        if inner and len(_stores(outer, name)) > sum(len(_stores(each, name)) for each in inner):
+            first = f"`nonlocal {name}`"
+            return f"`{name}` is a variable of `{outer.name}`: begin `{inner[0].name}`, which sets it, with {first}."
+    if any(map(any, (_stores(function, name) for function in functions(tree)))):
+        return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
+    for each in ast.walk(tree):
+        methods = list(functions(each)) if isinstance(each, ast.ClassDef) else []
+        setting = [method.name for method in methods if _stores(method, name)]
+        if "__init__" in setting and len(setting) > 1:
+            return (
+                f"`{name}` is a local variable of `__init__`, gone when `__init__` returns: use `self.{name}` in every "
+                "method."
+            )
+    return ""
+
+
+def _stores(function: ast.AST, name: str) -> list[bool]:
+    """Return, for each place that sets a name in a function, whether it is in a branch or a loop."""
+    inside = (node for node in ast.walk(function) if isinstance(node, (ast.If, ast.For, ast.While, ast.Try)))
+    may_run = {id(node) for block in inside for node in ast.walk(block)}
+    return [
+        id(node) in may_run
+        for node in ast.walk(function)
+        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+    ]
+
+
+def _no_such_class(found: re.Match[str], source: str) -> str:
+    name, module = found[1], found[2]
+    if wrong := wrong_import(module, name, source):
+        return wrong
+    try:
+        names = [each for each in dir(importlib.import_module(module)) if not each.startswith("_")]
+    except ImportError:
+        names = []
+    of_types = module.rpartition(".")[2] in ("msg", "srv", "action")
+    known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
+    near = difflib.get_close_matches(name, known, 1)
+    meant = f" Did you mean `{near[0]}`?" if near else ""
+    if module.split(".")[0] == COURSE and name not in near and (place := _module_with(name)):
+        return f"{name} is in {place}: write `from {place} import {name}`."
+    if not of_types:
+        elsewhere = not near and module.split(".")[0] != COURSE  # a page's own names are all known here
+        return f"{module} has no {name}{': look for the module that has it.' if elsewhere else '.'}{meant}"
+    return (
+        f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
+    )
+
+
+def _module_with(name: str) -> str:
+    """Return the course's module from which pages import `name`; '' if there is none."""
+    for module in USUAL:
+        with contextlib.suppress(ImportError):
+            if hasattr(importlib.import_module(module), name):
+                return module
+    return ""
+
+
+def _is_a_module(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a module that is used as if it were the function or the class of its name."""
+    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Import))
+    for alias in (each for node in imports for each in node.names):
+        name = alias.asname or alias.name
+        if re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", code):
+            inside = dir(sys.modules.get(alias.name))
+            last = alias.name.rpartition(".")[2]
+            meant = last if last in inside else next((each for each in inside if each.lower() == last.lower()), "")
+            how = f": write `from {alias.name} import {meant}`." if meant else ", not a function or a class."
+            return f"`{name}` is the module {alias.name}{how}"
+    return ""
+
+
+def _method_indexed(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on square brackets after a method of the session, `ros.nodes["/a"]`."""
+    named = re.findall(r"\bros\.(\w+)\[", code)
+    return f"`ros.{named[0]}` is a method: call it with round brackets, `ros.{named[0]}(...)`." if named else ""
+
+
+def _of_the_course(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an argument for a function of the course that takes none."""
+    return f"`course.{found[1]}()` takes no argument." if f"course.{found[1]}(" in code else ""
+
+
+COURSE = "course"
+USUAL = (  # the modules that the pages import from
+    "course.recorders",
+    "course.figures",
+    "course.notebook.terminal",
+    "course.notebook.judging",
+    "course.notebook.mutants",
+    "course.world.node",
+    "course.world.practice",
+    "course.robot.agent",
+    "course.robot.driver",
+    "course.robot.sectors",
+    "course.nodes.arm",
+    "course.interfaces",
+)
+
+
+def _not_a_message(found: re.Match[str], source: str) -> str:
+    module, name = found[1], found[2]
+    try:
+        fields = list(getattr(importlib.import_module(module), name).get_fields_and_field_types())
+    except (ImportError, AttributeError):
+        fields = []
+    how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else ", and set its fields"
+    return f"`publish` takes a message of the topic's type. Create a {name}{how}."
+
+
+def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
+    if words := unparsed(found.string):
+        return words
+    if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
+        return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
+    return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
+
+
+def _type_for_goal(found: re.Match[str], source: str) -> str:
+    """Return the hint on `Fibonacci(order=5)`, the type of an action or a service in place of its goal or request."""
+    for part in ("Goal", "Request"):
+        if found[2] in _fields(found[1], part, source):
+            what = "an action, and a goal" if part == "Goal" else "a service, and a request"
+            return f"`{found[1]}` is the type of {what} of it is `{found[1]}.{part}({found[2]}=...)`."
+    return ""
+
+
+def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the name of a check without its quotation marks: `course.check(lift-server)`."""
+    named = re.search(r"\bcourse\.check\(\s*([A-Za-z_]\w*(?:\s*-\s*\w+)*)\s*\)", code)
+    if not named or (found[1] and found[1] not in re.split(r"\s*-\s*", named[1])):
+        return ""
+    name = re.sub(r"\s", "", named[1])
+    known = [
+        cell.name for _, page in cells.readable(sorted(Path().glob("*.ipynb"))) for cell in page if cell.public_check
+    ]
+    name = cells.check_meant([name], known) or name
+    return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
+
+
+def _not_imported(name: str, source: str) -> bool:
+    """Return True if a name is not that of an attribute, but of what makes its value, or of one of Python's modules.
+
+    As in `self.time = time.monotonic()`, in a program without `import time`.
+    """
+    tree = parse(source)
+    module = sys.modules.get(name) if name in sys.stdlib_module_names else None
+    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
+    if module and any(hasattr(module, each) for each in used):
+        return True
+    makes = [
+        node.value
+        for function in functions(tree)
+        if name not in {each.arg for each in function.args.args}
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and f"self.{name}" in map(ast.unparse, node.targets)
+    ]
+    return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in ast.walk(value))
+
+
+def _own_attribute(found: re.Match[str], source: str) -> str:
+    name = found[1]
+    if name == "ros" and "rclpy.init(" in source:
+        return (
+            "A file is a program of its own, without the session `ros`: its `main()` creates the node and spins it, "
+            "and the file ends with `if __name__ == '__main__': main()`."
+        )
+    owner = _holder(name, source)
+    if re.search(rf"\bself\.{name}\b", source) and not _not_imported(name, source):
+        return f"An attribute of the node needs `{owner}.`: write `{owner}.{name}`."
+    if name in methods(source):
+        return f"`{name}` is a method of the node: write `{owner}.{name}`."
+    for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`
+        if not path.stem.isidentifier():
+            continue
+        with contextlib.suppress(OSError, ValueError):
+            text = read_regular(path, MOST).decode(errors="replace")
+            if not re.search(rf"^class {name}\b", text, re.MULTILINE):
+                continue
+            if not node_classes(parse(text)) and "rclpy" not in text:
+                return f"`{name}` is a class of the file {path.name}: `from {path.stem} import {name}`."
+            return (
+                f"`{name}` is a class of the file {path.name}, which runs as a program of its own: "
+                f"`ros.start('{path.name}')`."
+            )
+    return ""
+
+
+def _after_the_shutdown(source: str) -> str:
+    """Return the hint on a node that is used when a program, which calls `init`, has shut rclpy down, or ''."""
+    ends = [call for name in ("shutdown", "try_shutdown") for call in calls(parse(source), name)]
+    if not ends or not list(calls(parse(source), "init")):
+        return ""
+    return f"`{ast.unparse(ends[0])}` in line {ends[0].lineno} has already run: call it when all is done."
+
+
+def _without_a_context(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a spin, or an executor, where rclpy has no context: it is not there yet, or is shut down."""
+    if not code:  # the line of a spin in main() is not shown
+        late = [each for each in functions(parse(source)) if _spins_after_the_shutdown(each)]
+        return _after_the_shutdown(source) if late else ""
+    if not re.search(r"\bspin\w*\(|Executor\(", code):
+        return ""
+    if "rclpy.init(" in source:
+        return _after_the_shutdown(source) if _follows_the_shutdown(code, source) else ""
+    made = re.search(r"(\w+Executor)\(", code)
+    if not made or "context=" in code:
+        return ""
+    if "call_async(" in source and around(code, source, service_callbacks(parse(source))):
+        return (
+            "A callback needs no executor of its own to wait for an answer: make it `async def`, and write "
+            "`await client.call_async(...)`."
+        )
+    return f"In a notebook an executor needs the context of the node: `{made[1]}(context=node.context)`."
+
+
+def _spins_after_the_shutdown(function: ast.AST) -> bool:
+    ends = [call.lineno for name in ("shutdown", "try_shutdown") for call in calls(function, name)]
+    return any(end < call.lineno for end in ends for call in calls(function, "spin"))
+
+
+def _follows_the_shutdown(code: str, source: str) -> bool:
+    """Return True if a line stands below the call that shuts rclpy down, in the same function."""
+    for function in around(code, source):
+        ends = [call.lineno for name in ("shutdown", "try_shutdown") for call in calls(function, name)]
+        lines = [number for number, line in enumerate(source.splitlines(), 1) if line.strip() == code.strip()]
+        if any(end < line for end in ends for line in lines):
+            return True
+    return False
+
+
+def _holder(name: str, source: str) -> str:
+    """Return what holds the node where a name of it is used alone: `self`, or a variable of a function such as main."""
+    tree = parse(source)
+    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    for function in functions(tree):
+        inside = [*ast.walk(function)]
+        if "self" in (each.arg for each in function.args.args) or name not in map(name_of, inside):
+            continue
+        for node in inside:
+            if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) in classes:
+                return ast.unparse(node.targets[0])
+    return "self"
+
+
+def _still_none(found: re.Match[str], source: str, code: str) -> str:
+    held = re.findall(r"self\.(\w+)", code)
+    for name in re.findall(r"(?<![\w.])(\w+)\[", code):
+        around = [each for each in functions(parse(source)) if code in (ast.get_source_segment(source, each) or "")]
+        text = (ast.get_source_segment(source, around[-1]) or "") if around else source
+        held += re.findall(rf"^\s*{name} = self\.(\w+)(?:\s*#.*)?$", text, re.MULTILINE)
+        made = re.findall(rf"^\s*{name} = (?:(?:\w+\.)*(\w+)\()?", text, re.MULTILINE)
+        if len(made) == 1 and made[0] and not hasattr(builtins, made[0]):
+            return f"`{made[0]}` returned None. It must return a value on every path through it."
+    if asked := next(methods_asked(parse(source)), None):
+        return f"Line {asked[0]}: {asked[1]}"
+    if silent := returned_nothing(source, code):
+        return silent
+    for name in held:
+        if re.search(rf"self\.{name} = None\b", source):
+            stored = [node for node in ast.walk(parse(source)) if getattr(node, "attr", "") == name]
+            if sum(isinstance(node.ctx, ast.Store) for node in stored) == 1 and "setattr" not in source:  # type: ignore[attr-defined]
+                return f"`self.{name}` is None, and nothing in this text sets it to anything else."
+            return (
+                f"`self.{name}` is None until a callback has set it: check `if self.{name} is None` before you use it."
+            )
+    return ""
+
+
+def _future(found: re.Match[str], source: str) -> str:
+    if "create_service" not in source:
+        return (
+            "`..._async(...)` returns a future, not the answer: wait with "
+            "`rclpy.spin_until_future_complete(node, future)`, then take `future.result()`."
+        )
+    return (
+        "`call_async` returns a future, not the response: in an `async def` callback write "
+        "`await client.call_async(...)`."
+    )
+
+
+def _future_used(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a future in a done callback, which has it from rclpy, or outside of functions in a cell."""
+    tree = parse(source)
+    given = [argument(call, *CALLBACKS["add_done_callback"]) for call in calls(tree, "add_done_callback")]
+    callbacks: list[Function] = [each for each in given if isinstance(each, ast.Lambda)]
+    callbacks += [each for each in functions(tree) if each.name in {*map(name_of, given)} - {""}]
+    for each in callbacks:
+        names = {argument.arg for argument in each.args.args}
+        for node in ast.walk(each):
+            if isinstance(node, ast.Attribute) and node.attr == found[1] and ast.unparse(node.value) in names:
+                future = ast.unparse(node.value)
+                return (
+                    f"A done callback gets the future, not the answer: take that first, `{future}.result().{found[1]}`."
+                )
+    if code and outside_of_functions(code, source):
+        return "`..._async(...)` returns a future, not the answer: wait for it, as in `ros.wait(future)`."
+    return ""
+
+
+OF_PYTHON = {"true": "True", "false": "False", "null": "None", "none": "None"}
+OF_GOALS = {"ServerGoalHandle": ServerGoalHandle, "ClientGoalHandle": ClientGoalHandle, "GoalStatus": GoalStatus}
+MEANT = {  # where the most similar name is not the one that is meant, or there is none
+    ("ClientGoalHandle", "cancel"): "cancel_goal_async",
+    ("ServerGoalHandle", "is_canceled"): "is_cancel_requested",
+    ("ServerGoalHandle", "is_cancelled"): "is_cancel_requested",
+    ("ServerGoalHandle", "cancelled"): "canceled",
+}
+
+
+def _of_a_goal_handle(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute that a goal handle, or the table of goals' states, does not have."""
+    kind, name = found[1], found[2]
+    if kind == "ServerGoalHandle":
+        for call in calls(parse(source), "ActionServer"):
+            if name in _fields(name_of(argument(call, 1, "action_type")), "Goal", source):
+                return f"The fields of the goal are in its `request`: `goal_handle.request.{name}`."
+    known = [each for each in dir(OF_GOALS[kind]) if not each.startswith("_")]
+    near = [MEANT[kind, name]] if (kind, name) in MEANT else difflib.get_close_matches(name, known, 1, 0.7)
+    return f"Did you mean `{near[0]}`?" if near else ""
+
+
+def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on arrays compared as if they were numbers: `low <= degrees <= high`, `near and usable`."""
+    tree = line_tree(code)
+    nodes = [*ast.walk(tree)]
+    if any(isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert)) for node in nodes):
+        return ""  # a single truth value is wanted here
+    chained = any(isinstance(node, ast.Compare) and len(node.ops) > 1 for node in nodes)
+    if not chained and not any(isinstance(node, ast.BoolOp) for node in nodes):
+        return ""
+    return (
+        "Arrays are combined with `&` and `|`, not with `and`, `or` or `low <= a <= high`, and each comparison needs "
+        "brackets: `(low <= a) & (a <= high)`."
+    )
+
+
+PARTS_OF_TYPES = ("Request", "Response", "Goal", "Result", "Feedback")
+
+
+def _by_name(found: re.Match[str], source: str) -> str:
+    used = getattr(sys.modules.get("__main__"), "Parameter", None)
+    imported = re.search(r"from rcl_interfaces\.msg import (?:\*|.*\bParameter\b)", source)
+    if found[1] == "Parameter" and (imported or getattr(used, "__module__", "").startswith("rcl_interfaces.")):
+        return (
+            "`Parameter` is the message of rcl_interfaces.msg here, which hides rclpy's class of that name: import "
+            "from there only what you need, without `*`, and then `from rclpy.parameter import Parameter`."
+        )
+    if fields := _fields(found[1], "", source):
+        return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
+    message, _, part = found[1].rpartition("_")
+    if message and part in PARTS_OF_TYPES:
+        if fields := _fields(message, part, source)[: int(found[2]) - 1]:
+            named_there = ", ".join(f"{each}=..." for each in fields)
+            return f"A message takes its fields by name: `{message}.{part}({named_there})`."
+        how = f"`{message}.{part}(field=...)`: `ros2 interface show` shows its fields."
+        return f"A message takes its fields by name, {how}"
+    return ""
+
+
+def _not_declared(found: re.Match[str], source: str) -> str:
+    if hidden := hides_rclpy(source, OF_A_NODE):
+        return HIDES.format(hidden[1], hidden[0])
+    tree = parse(source)
+    declared = [call.lineno for call in calls(tree, "declare_parameter") if _names(call, found[1])]
+    made = [each for each in functions(tree) if each.name == "__init__"]
+    read = [call.lineno for each in made for call in calls(each, "get_parameter") if _names(call, found[1])]
+    early = bool(declared) and any(line < declared[0] for line in read)
+    for call in calls(tree, "add_on_set_parameters_callback"):
+        if declared and call.lineno < declared[0] and not early:
+            return (
+                f"Each declaration calls the callback that line {call.lineno} registers, also before '{found[1]}' is "
+                "declared. Register it after the declarations, or let it read only parameters that it is given."
+            )
+    texts = (argument(call, 0, "name") for call in calls(tree, "declare_parameter"))
+    known = [str(each.value) for each in texts if isinstance(each, ast.Constant)]
+    near = [each for each in known if each.lower() == found[1].lower()]  # in other capitals
+    near = near or difflib.get_close_matches(found[1], known, 1, 0.8)
+    if not declared and (near := near or [each for each in known if found[1] == f"self.{each}"]):
+        return f"No parameter '{found[1]}' is declared. Did you mean '{near[0]}'?"
+    return f"Declare it in `__init__`, before anything reads it: `self.declare_parameter('{found[1]}', default)`."
+
+
+def _beam(found: re.Match[str], source: str, code: str) -> str:
+    if "ranges[" not in code or ".ranges" not in code + source:
+        return ""
+    return "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment."
+
+
+def _word_for_number(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a word of the command line that `argparse` was not told to make a number."""
+    for call in calls(parse(source), "add_argument"):
+        names = [each.value for each in call.args if isinstance(each, ast.Constant) and isinstance(each.value, str)]
+        stem = (next((each for each in names if each.startswith("--")), names[0]) if names else "").lstrip("-")
+        if stem and re.search(rf"\b{stem.replace('-', '_')}\b", code) and not {each.arg for each in call.keywords} & {
+            "type", "action", None}:  # fmt: skip
+            return (
+                "A word of the command line is text: for a number, write `type=int` (or `float`) in "
+                f"`add_argument({names[0]!r}, ...)`."
+            )
+    return ""
+
+
+def _hidden_property(found: re.Match[str], source: str) -> str:
+    hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
+    return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
+
+
+def _names(call: ast.Call, name: str) -> bool:
+    return bool(call.args) and isinstance(call.args[0], ast.Constant) and call.args[0].value == name
+
+
+def _without_end(found: re.Match[str], source: str, code: str) -> str:
+    tree = parse(source)
+    for function in functions(tree):
+        if "set_parameters" in code and function.name in parameter_callbacks(tree):
+            for call in [*calls(function, "set_parameters"), *calls(function, "set_parameters_atomically")]:
+                if name_of(getattr(call.func, "value", None)) == "self":
+                    return (
+                        f"Setting a parameter in '{function.name}' calls the parameter callbacks again, this one too, "
+                        "without end. To change one parameter along with another, add it to the list that a pre-set "
+                        "callback returns."
+                    )
+    return ""
+
+
+def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a method called on its class: `Agent` was passed instead of `Agent()`."""
+    cls, method = found[1].split(".")[-1], found[2]
+    static = (each for each in functions(parse(source)) if "staticmethod" in map(name_of, each.decorator_list))
+    if any(each.name == method and [one.arg for one in each.args.args[:1]] == ["self"] for each in static):
+        return f"`{method}` is static and gets no `self`: leave out `@staticmethod`, or `self`."
+    if re.search(rf"(?<![\w.]){cls}\.{method}\(", code):
+        kept = _objects(cls, source)
+        example = f": `{kept}.{method}(...)`" if kept else f", the name that you give to `{cls}(...)`"
+        return f"`{method}` is called on the class {cls} here. Call it on an object of the class{example}."
+    sent = next(calls(parse(code), method), None)
+    takes = [_parameters(getattr(getattr(sys.modules.get("__main__"), cls, None), method, None))]
+    takes += parameter_counts(cls, method, source)
+    if sent and len(sent.args) > 0 and len(sent.args) + 1 in takes:
+        line = class_passed(cls, source)
+        where = f"line {line} has" if line else "somewhere"
+        return (
+            f"`{method}` is called on the class {cls}, not on an object: {where} `{cls}`{'' if line else ' is passed'} "
+            f"without brackets. Write `{cls}()` there."
+        )
+    return ""
+
+
+def _objects(cls: str, source: str) -> str:
+    """Return the name of an object of the class: that of a variable of the notebook, or one in the text; '' if none."""
+    main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
+    made = main.get(cls)
+    if "rclpy.init(" not in source and isinstance(made, type):
+        return next((name for name, each in main.items() if type(each) is made and not name.startswith("_")), "")
+    found = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign))
+    kept = (node for node in found if isinstance(node.value, ast.Call) and name_of(node.value.func) == cls)
+    return next((ast.unparse(node.targets[0]) for node in kept), "")
+
+
+def _parameters(function: object) -> int:
+    """Return the number of a function's parameters, `self` included; 0 for anything else."""
+    return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
+
+
+def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
+    key = found[1]
+    if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
+        if _of_a_request(named[1], code, source):
+            return (
+                f"`{named[1]}` has only the parameters of this request, and '{key}' is not among them: a request may "
+                f"set some and not others. Take its stored value then: `{named[1]}.get('{key}', ...)`."
+            )
+        return (
+            f"`{named[1]}` has no key '{key}'. Compare the spelling with the line that creates the dict; "
+            f"`print({named[1]})` shows its keys."
+        )
+    return ""
+
+
+def _of_a_request(name: str, code: str, source: str) -> bool:
+    """Return True if the line is in a parameter callback that makes the dict `name` of what it is given."""
+    tree = parse(source)
+    for function in functions(tree):
+        text = ast.get_source_segment(source, function) or ""
+        for node in ast.walk(function) if function.name in parameter_callbacks(tree) and code in text else ():
+            if isinstance(node, ast.Assign) and name in map(name_of, node.targets):
+                return isinstance(node.value, (ast.DictComp, ast.Call))  # and not written out
+    return False
+
+
+def _divisor(found: re.Match[str], source: str) -> str:
+    refusal = ", and answer with `success=False` if it is 0" if "create_service" in source else ""
+    return f"Check the divisor before you divide{refusal}."
+
+
+def _of_nothing(function: str, default: str, source: str) -> str:
+    """Return the hint on the least or the largest of no values; only that of distances is infinite."""
+    if re.search(r"LaserScan|\b(?:scan|ranges|distances|sectors?)\b", source):
+        example = default.format(function, "-" * (function == "max"))
+        return f"There are no values to choose from. Give a default: {example}."
+    return f"There are no values to choose from. Ask for that before you call `{function}`: what should happen then?"
+
+
+def _outside_of_its_class(found: re.Match[str], source: str) -> str:
+    """Return the hint on a method that is written outside of its class, or inside another method."""
+    if f"class {found[1]}" not in source:
+        return ""
+    if not (place := outside_of_its_class(found[2], source)):
+        return _own_function(found[2], source)
+    line, around = place
+    where = f"inside of `{around}`" if around else "outside of the class"
+    return f"`def {found[2]}(self, ...)` in line {line} stands {where}: indent it as the methods of {found[1]}."
+
+
+def _own_function(name: str, source: str) -> str:
+    """Return the hint on a function of the whole text that is called as if it were a method: `self.nearest(...)`."""
+    made = [each for each in parse(source).body if isinstance(each, ast.FunctionDef) and each.name == name]
+    is_set = re.search(rf"\bself\.{name}\s*=[^=]", source)
+    if not made or is_set or not re.search(rf"\bself\.{name}\b", source):
+        return ""
+    return (
+        f"`{name}` is a function outside of the class (line {made[0].lineno}), and no method: call it without `self.`, "
+        f"`{name}(...)`."
+    )
+
+
+def _destroyed(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that uses something which the program has destroyed, by itself or with its node."""
+    tree = parse(source)
+    made = [call for name in DESTROYERS for call in calls(tree, name)]
+    used = [call for call in made if re.search(rf"(?<![\w.]){re.escape(_gone(call))}(?!\w)", code)]
+    for call in used if made else calls(tree, "destroy_node"):
+        return (
+            f"What this line uses is destroyed already, as `{ast.unparse(call)}` in line {call.lineno} does: call that "
+            "when all is done."
+        )
+    return ""
+
+
+def _gone(call: ast.Call) -> str:
+    """Return what a call destroys: `self.client` for `self.client.destroy()` and `self.destroy_client(self.client)`."""
+    return ast.unparse(call.args[0] if call.args else getattr(call.func, "value", call.func))
+
+
+DESTROYERS = (
+    "destroy",
+    "destroy_client",
+    "destroy_publisher",
+    "destroy_service",
+    "destroy_subscription",
+    "destroy_timer",
+)
+
+
+def _hides_of_a_node(found: re.Match[str], source: str) -> str:
+    """Return the hint on an attribute of rclpy's node that the class has overwritten: `self._clock = now`."""
+    hidden = None if re.search(rf"\bclass {found[1]}\b", source) else hides_rclpy(source, OF_A_NODE)
+    return HIDES.format(hidden[1], hidden[0]) if hidden else ""
+
+
+HIDES = "Line {}, `self.{} = ...`, overwrites an attribute of rclpy's node: choose another name."
+
+
+def _is_module(found: re.Match[str], source: str) -> str:
+    package = found[1].split(".")[0]
+    if found[1] == f"{package}.py":
+        return f"An import names a module without `.py`: `{package}`."
+    if package == COURSE and "." in found[1]:
+        near = difflib.get_close_matches(found[1], USUAL, 1)
+        return f"Did you mean `{near[0]}`?" if near else ""
+    if "." in found[1] and (hidden := hidden_by_file(found, source)):
+        return hidden
+    if wrong := wrong_import(found[1], "", source):
+        return wrong
+    if is_there(package):
+        return ""
+    stem = package.removesuffix("_interfaces")
+    if stem != package and (there := [each for each in (f"{stem}_srvs", f"{stem}_msgs") if is_there(each)]):
+        return f"There is no package {package}: did you mean {' or '.join(f'`{each}`' for each in there)}?"
+    if package.endswith("_interfaces") or package == "my_package":
+        return f"{package} is not built here: run the cell that builds it, with `%%exercise` or `build(...)`."
+    for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell
+        with contextlib.suppress(OSError, ValueError):
+            if f'"%%exercise {package}.py' in read_regular(notebook, MOST).decode(errors="replace"):
+                return f"{package}.py is not in this folder yet: run the cell `%%exercise {package}.py` first."
+    if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
+        return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
+    return ""
+
+
+def _says(text: str) -> Callable[[re.Match[str], str], str]:
+    """Return a hint with a fixed text."""
+    return lambda found, source: text
+
+
+# Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
+KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
+    (r"'(\w+)' object has no attribute '(\w+)'", _outside_of_its_class),
+    (r"'(\w+)' object has no attribute '(\w+)'$", never_set),
+    (
+        r"'ServerGoalHandle' object has no attribute '(?:cancel|cancel_goal|set_canceled|set_cancelled)'",
+        _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
+    ),
+    (r"^TypeError:?\s*$", _nothing_returned),
+    (r"'(\w+)' object has no attribute '(?:handle|now|clock_type|info|ok)'", _hides_of_a_node),
+    (r"'(Time|Duration)' object has no attribute '(\w+)'", time_without),
+    (
+        r"'ParameterValue'|not ParameterValue\b",
+        lambda found, source: OF_A_PARAMETER_VALUE if "get_parameter_value" in source else OF_ITS_TYPE,
+    ),
+    (r"'(?:(\w+)_Response|\w+)' object has no attribute 'add_done_callback'", not_a_future),
+    (
+        r"module '(\w+)' has no attribute|cannot import name '\w+' from '(?!\w+\.(?:srv|msg|action))(\w+)'",
+        hidden_by_file,
+    ),
+    (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
+    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
+    (r"'(\w+)' object has no attribute '(\w+)'", _no_such_field),
+    (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
+    (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
+    (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
+    (
+        r"descriptor '__init__' requires a 'super' object",
+        _says("Call `super`, too, with brackets: `super().__init__('my_node')`."),
+    ),
+    (r"Node\.__init__\(\) missing 1 required positional argument: 'node_name'", _no_node_name),
+    (
+        r"has no attribute '_(?:Node__\w+|default_callback_group|parameters|parameter_overrides|context|logger)'",
+        _says("Call `super().__init__('my_node')` first in `__init__`: until then there is no node."),
+    ),
+    (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
+    (r"(?:type object '\w+'|'str' object) has no attribute 'default_callback_group'", order_of_arguments),
+    (r"(\w+)\.(\w+)\(\) got an unexpected keyword argument '(\w+)'", unknown_keyword),
+    (r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'", _type_for_goal),
+    (
+        r"^TypeError: RcutilsLogger\.(\w+)\(\) takes 2 positional arguments",
+        lambda found, source: (
+            f"A logger of rclpy takes one text, with the values in it: `{found[1]}(f'... {{value}}')`, for example."
+        ),
+    ),
+    (r"Expected QoSProfile or int, but received", order_of_arguments),
+    (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
+    (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
+    (r"property '(\w+)' of '\w+' object has no setter|: (handle) cannot be modified after node", _of_rclpy),
+    (
+        r"CallbackGroup\.add_entity\(\) missing",
+        lambda found, source: (
+            "Create a callback group with brackets: "
+            f"`{group[1] if (group := GROUP.search(source)) else 'ReentrantCallbackGroup'}()`."
+        ),
+    ),
+    (
+        r"^RuntimeError: no running event loop",
+        _says(
+            "rclpy does not run asyncio: an `async` callback can await futures of rclpy, such as that of "
+            "`call_async(...)`, but nothing from `asyncio`."
+        ),
+    ),
+    (r"UnboundLocalError: .*local variable '(\w+)'", _unbound),
+    (
+        r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
+        _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
+    ),
+    (r"rcl node's context is invalid", lambda found, source: _after_the_shutdown(source)),
+    (
+        r"NotInitializedException|rcl node's context is invalid|rclpy\.init\(\) has not been called",
+        _says("`rclpy.init()` must be called before a node is made."),
+    ),
+    (
+        r"'LiveNode' object has no attribute '",
+        _says("What `ros.start` returns is a handle of the node. The node itself is its `.node`."),
+    ),
+    (
+        r"'Session' object has no attribute '(\w+)'",
+        lambda found, source: (
+            "`ros` is the session, and its node is `ros.node`: write this here." if hasattr(Node, found[1]) else ""
+        ),
+    ),
+    (
+        r"Context\.init\(\) must only be called once",
+        _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
+    ),
+    (
+        r"missing 1 required positional argument: 'self'",
+        _says("This is the class, not a node: create a node with brackets, as in `node = TheClass()`."),
+    ),
+    (
+        r"Session\.call\(\) takes .* positional arguments",
+        _says("`ros.call` takes the fields of the request by name, as in `a=1`."),
+    ),
+    (
+        r"call_async\(\) takes 2 positional arguments",
+        _says("`call_async` takes one request, with the values in its fields: `TheType.Request(...)`."),
+    ),
+    (r"(\w+)\.__init__\(\) takes 1 positional argument but (\d+)", _by_name),
+    (
+        r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object is not subscriptable",
+        _says("The fields of a message are attributes: write `request.a`, not `request['a']`."),
+    ),
+    (
+        r"'dict' object has no attribute '(\w+)'",
+        lambda found, source: (
+            f"Read the values of a dict with square brackets: `['{found[1]}']`."
+            if re.search(rf"\.\s*{found[1]}\b", source)  # or else it is an argument of a function of the course
+            and not re.search(rf"\.\s*{found[1]}\s*\(", source)  # or else a method of something else is meant
+            else ""
+        ),
+    ),
+    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object attribute '(\w+)' is read-only", class_changed),
+    (
+        r"The 'parameters' field must be a set or sequence and each value of type 'Parameter'",
+        _says("Each must be the message of a parameter: `parameters=[Parameter(...).to_parameter_msg()]`."),
+    ),
+    (
+        r"The '(\w+)' field must be a set or sequence",
+        lambda found, source: f"The field '{found[1]}' takes a list, even for a single value: `{found[1]}=[...]`.",
+    ),
+    (
+        r"'str' object cannot be interpreted as an integer|cannot use a str to initialize an array",
+        _says("Whole numbers are expected here, not text: convert each one with `int(...)`."),
+    ),
+    (
+        r"module 'rclpy' has no attribute '(create_(?!node)\w+)'",
+        lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",
+    ),
+    (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
+    (r"<lambda>\(\) takes (\d+) positional arguments? but (\d+) w|<lambda>\(\) missing (\d+) r", lambda_arguments),
+    (
+        r"'[<>]=?' not supported between instances of '(?:Duration' and '(?:float|int)|(?:float|int)' and 'Duration)'",
+        _says("Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."),
+    ),
+    (r"ParameterNotDeclaredException: .*: (\w+(?:[./]\w+)*)", _not_declared),
+    (
+        r"The given value is not one of the allowed types '?rcl_interfaces\.msg\.(?:\w+\.)*ParameterDescriptor",
+        _says("The default comes before the descriptor: `declare_parameter('kp', 1.0, ParameterDescriptor(...))`."),
+    ),
+    (
+        r"The given value is not one of the allowed types",
+        _says(
+            "A parameter is a bool, an int, a float, a str, bytes, or a list of one of the first four: convert the "
+            "value, as in `float(...)`."
+        ),
+    ),
+    (
+        r"First element .* at index 0 in parameters list is not a str",
+        _says("The name of the parameter comes first, then its default: `self.declare_parameter('max_speed', 1.5)`."),
+    ),
+    (
+        r"type must be an instance of '<enum 'Type'>'",
+        _says("The second argument of `Parameter` is its type. Pass the value by name: `Parameter('x', value=2.0)`."),
+    ),
+    (r"InvalidParameterValueException.*Callback returned an invalid type", no_check_result),
+    (
+        r"InvalidParameterValueException.*out of range",
+        _says("The value, and the default too, must lie within the descriptor's range."),
+    ),
+    (r"ParameterAlreadyDeclaredException", _says("A parameter is declared once: remove the second declaration.")),
+    (r"InvalidParameterTypeException|Wrong parameter type", _wrong_parameter_type),
+    (
+        r"'(?:NoneType|bool)' object has no attribute '(?:successful|reason)'",
+        _says("A parameter callback must return `SetParametersResult(successful=...)`, on every path through it."),
+    ),
+    (NOT_CALLABLE, _not_callable),
+    (
+        r"object [A-Z]\w*_(?:Response|Request|Event) can't be used in 'await'",
+        _says("Await the future of `call_async(...)`; `call(...)` returns the response directly."),
+    ),
+    (r"No module named '([\w.]+)'", _is_module),
+    (r"cannot import name '(\w+)' from '([\w.]+)'", _no_such_class),
+    (r"ZeroDivisionError", _divisor),
+    (
+        r"called for existing topic name rt(/\S+) with incompatible type",
+        lambda found, source: (
+            f"Within one program or notebook a topic can have only one type, and {found[1]} already has another. Stop "
+            "what uses it, or choose another name."
+        ),
+    ),
+    (
+        r"^EOFError",
+        _says(
+            "A program that a notebook runs cannot read from the keyboard: take values from the command line, not with "
+            "`input()`."
+        ),
+    ),
+    (r"'NoneType' object does not support the context manager protocol", _init_as_context),
+    (r"(\w+)\(\) takes no arguments", _no_constructor),
+    (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", _not_a_message),
+    (
+        r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",
+        _says(
+            "The number does not fit the type of the field: an `int32` holds up to 2147483647, an `int64` up to "
+            "9223372036854775807. Refuse such a request."
+        ),
+    ),
+    (r"'method' object is not iterable", _hidden_property),
+    (
+        r"'Parameter' object is not subscriptable|cannot unpack non-iterable Parameter object",
+        _says("A Parameter is an object: its name is `.name`, and its value is `.value`."),
+    ),
+    (
+        r"'Parameter' object is not iterable",
+        lambda found, source: OF_A_LIST if re.search(r"set_parameters\w*\(", source) else "",
+    ),
+    (
+        r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
+        _says(OF_A_PARAMETER),
+    ),
+    (
+        r"zero-size array to reduction operation f?(min|max)imum",
+        lambda found, source: _of_nothing(found[1], "`values.{}(initial={}np.inf)`", source),
+    ),
+    (
+        r"(min|max)\(\) (?:arg|iterable argument) is (?:an )?empty",
+        lambda found, source: _of_nothing(found[1], "`{}(values, default={}math.inf)`", source),
+    ),
+    (r"'property' object is not iterable|has no attribute 'executor'", _class_for_node),
+    (r"Subscription\.__init__\(\): callback should", _wrong_callback),
+    (
+        r"missing 1 required positional argument: 'qos_profile'",
+        _says("The last argument is the length of the queue, usually 10: `create_publisher(Twist, 'cmd_vel', 10)`."),
+    ),
+    (
+        r"generator already executing|Executor is already spinning",
+        _says(
+            "The executor that runs this callback already spins the node. Make the callback `async def`, and write "
+            "`await` before `call_async(...)`."
+        ),
+    ),
+    (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", _of_a_goal_handle),
+    (r"type object '(GoalStatus)' has no attribute '(\w+)'", _of_a_goal_handle),
+    (
+        r"name '(true|false|null|none)' is not defined",
+        lambda found, source: f"In Python this is written `{OF_PYTHON[found[1]]}`.",
+    ),
+    (r"name '(\w+)' is not defined", _own_attribute),
+    (r"^TypeError: ", unfit),
+    (
+        r"Couldn't parse (?:parameter override rule|params file)|UnknownROSArgsError",
+        lambda found, source: unparsed(found.string),
+    ),
+)
+
+NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
+# Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
+IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        r"^IndexError",
+        r"\[[^\]]*\+\s*1\]",
+        "The last index is one less than the length: for the last one, an index with `+ 1` is beyond it.",
+    ),
+    (
+        r"object is not callable",
+        r"\.value\(\)",
+        "`.value` of a parameter is not a method: leave out the brackets after it.",
+    ),
+    (
+        r"'bool' object is not callable",
+        r"\.(?:is_cancel_requested|is_active)\(\)",
+        "`is_cancel_requested` and `is_active` of a goal are not methods: leave out the brackets after them.",
+    ),
+    (
+        r"'bool' object is not callable",
+        r"(?<!self)\.accepted\(\)",
+        "`accepted` of a goal handle is not a method: leave out the brackets after it.",
+    ),
+    (
+        NO_TEXT,
+        r"publish_feedback\(",
+        "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
+    ),
+    (
+        r"float\(\) argument must be .* not '(?:method|function)'",
+        r"create_timer\(",
+        "First the period in seconds, then the callback: `create_timer(0.1, self.callback)`.",
+    ),
+    (
+        r"asyncio\.run\(\) cannot be called from a running event loop",
+        "",
+        "In a notebook, write `await` itself in the cell.",
+    ),
+    (
+        r"'str' object cannot be interpreted as an integer",
+        r"sleep\(",
+        "Seconds are a number, not text: convert it with `float(...)`.",
+    ),
+    (
+        r"incompatible function arguments",
+        r"create_(?:publisher|subscription|client|service)\(",
+        "The type comes first, then the name: `create_publisher(Twist, 'cmd_vel', 10)`.",
+    ),
+)
+OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
+    (r"^[\w.]+(?::|$)", refused_by_raising),
+    *wrong_forms.TABLE,
+    (r"attempted invalid transition from state (\w+) with event (\w+)", ended_twice),
+    (r"^(?:ModuleNotFoundError: No module named|NameError: name) '([\w.]+)'", library),
+    (r"'NoneType' object does not support the context manager protocol", _without_a_context),
+    (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
+    (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
+    (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),
+    (r"rclpy_logging_rcutils_log\(\): incompatible function arguments", logged),
+    (r"list indices must be integers or slices, not str", list_of_parameters),
+    (r"^IndexError", _beam),
+    (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
+    (NO_TEXT, _sent),
+    (r"cannot use Destroyable because destruction was requested", _destroyed),
+    (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
+    (r"'method' object is not subscriptable", _method_indexed),
+    (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),
+    (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
+    (r"'(\w+)' field must be of type", no_value),
+    (r"field must be of type", _parameter_for_value),
+    (NOT_THERE, method_for_result),
+    (UNCALLED, not_called),
+    (r"truth value of an array|ufunc 'bitwise_(?:and|or)' not supported", _of_arrays),
+    (r"'Future' object has no attribute '(?!add_done_callback)(\w+)'", _future_used),
+    (r"'NoneType' object has no attribute 'add_done_callback'", awaited_nothing),
+    (r"'NoneType' object has no attribute '(\w+)'", attribute_of_nothing),
+    (r"^RecursionError", _without_end),
+    (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
+    (r"^KeyError: '([^']+)'$", _no_such_key),
+    (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
+    (r"(Service|Action) classes can not be instantiated", type_for_part),
+    (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
+    (r"'(CancelResponse|GoalResponse)' object is not callable", _response_for_callback),
+    (r"^TypeError: '\w+' object is not callable", hidden_here),
+    (NOT_CALLABLE, overwritten),
+    (NO_TYPE, overwritten),
+    (NOT_CALLABLE, _called_here),
+    (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),
+    (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", gave_nothing),
+)

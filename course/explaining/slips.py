@@ -1,0 +1,368 @@
+"""Certain mistakes in the text of a cell that Python accepts silently."""
+
+import ast
+import builtins
+import difflib
+import re
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+
+from course.explaining.conditions import always, asked_by
+from course.explaining.interface_fields import fields_of
+from course.explaining.source import (
+    argument,
+    bare_statements,
+    calls,
+    functions,
+    functions_of,
+    name_of,
+    named,
+    parameter_callbacks,
+    parse,
+    service_callbacks,
+    timer_in_a_callback,
+    without_global,
+)
+from course.explaining.unmeant import unmeant
+from course.explaining.unread import unread
+from course.explaining.unused import unused
+
+# Methods without arguments that are called for their effect; of `execute` the session says more.
+CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
+CALLED_WITH = ("call_async", "publish", "publish_feedback", "send_goal_async")  # the same, with arguments
+FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
+SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
+IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?::[^{}]*)?\}")
+MAKERS = re.compile(
+    r"create_(?:client|publisher|service|subscription|timer)|declare_parameters?|Action(?:Client|Server)"
+    r"|add_\w+_parameters_callback"
+)
+NUMBERS = re.compile(r"u?int\d+|float|double")
+ALIKE = 0.75  # least similarity of two names of a parameter that should be the same
+
+
+def slips(cell: str) -> list[str]:
+    """Return a sentence for each certain mistake in the functions of a cell, in order of the lines."""
+    tree = parse(cell)
+    skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
+    found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
+    found |= {*_parts_of_a_word(tree)}
+    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
+    found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
+    found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
+    if skipped:  # a file has only what it imports and makes itself
+        found |= {*_unknown_exceptions(tree)}
+    if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
+        text = f"'{more[0]}' makes one more timer each time that it is called. Make the timer once, in `__init__`."
+        found.add((more[1] + skipped, text))
+    return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
+
+
+def else_if(line: str) -> str:
+    """Return the hint on `else if` in a line that Python refuses; '' for another one."""
+    return "In Python, `else if` is one word: `elif`." if re.match(r"\s*else\s+if\b", line) else ""
+
+
+def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons used as statements: `response.success == True`."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Compare)):
+                continue
+            left, operator = node.value.left, node.value.ops[0]
+            if (
+                isinstance(operator, ast.Eq)
+                and len(node.value.ops) == 1
+                and isinstance(left, (ast.Attribute, ast.Name))
+            ):
+                text, how = ast.unparse(node), f"{ast.unparse(left)} = {ast.unparse(node.value.comparators[0])}"
+                if isinstance(left, ast.Name) and _is_last(node, left.id, function):
+                    how = f"return 0 if {text} else 1" if function.name == "main" else f"return {text}"
+                    yield node.lineno, f"`{text}` compares, and does nothing with it. To return it, write `{how}`."
+                else:
+                    yield node.lineno, f"`{text}` compares, and changes nothing. To set it, write `{how}`."
+
+
+def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield values of a dict of the whole text that a function looks up and does not use: `WORDS.get(status)`."""
+    made = [node for node in tree.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict)]
+    dicts = {name_of(target) for node in made for target in node.targets if isinstance(target, ast.Name)}
+    for function in functions(tree):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
+                continue
+            called = node.value.func
+            if isinstance(called, ast.Attribute) and called.attr == "get" and ast.unparse(called.value) in dicts:
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is looked up, and nothing uses it. To return it, write `return {text}`."
+
+
+def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield texts without `f` that a function logs, prints or answers with, and that name its values in braces."""
+    for function in functions(tree):
+        nodes = [*ast.walk(function)]
+        known = {node.arg for node in nodes if isinstance(node, ast.arg)}
+        known |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        given = [call.args[0] for name in SHOWN for call in calls(function, name) if call.args]
+        for node in nodes:
+            if isinstance(node, ast.Assign) and name_of(node.targets[0]) in ("message", "reason"):
+                given.append(node.value)
+        for text in given:
+            if isinstance(text, ast.Constant) and isinstance(text.value, str):
+                named_there = IN_BRACES.findall(text.value)
+                if named_there and known.issuperset(named_there):
+                    short = text.value if len(text.value) <= 30 else f"{text.value[:27]}..."
+                    yield (
+                        text.lineno,
+                        f"{short!r} shows its braces as they are: write `f` before the first quotation mark.",
+                    )
+
+
+def _after_the_end(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield logs, and parts of a node, that stand behind the `return` of their block, and so are never reached."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            for part in ("body", "orelse"):
+                body = getattr(node, part, None)
+                for before, after in pairwise(body if isinstance(body, list) else ()):
+                    if isinstance(before, ast.Return) and (_logs(after) or _makes(after)):
+                        yield (
+                            after.lineno,
+                            f"this never runs: the `return` of line {before.lineno - skipped} ends the function.",
+                        )
+
+
+def _logs(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and any(next(calls(statement, name), None) for name in SHOWN)
+
+
+def _makes(statement: ast.stmt) -> bool:
+    """Return True if a statement makes a part of a node: `self.client = self.create_client(...)`."""
+    made = statement.value if isinstance(statement, (ast.Assign, ast.Expr)) else None
+    return isinstance(made, ast.Call) and MAKERS.fullmatch(name_of(made.func)) is not None
+
+
+def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
+    """Yield values with a sign that nobody writes: `total =+ step`, for `total += step`."""
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Assign) or isinstance(getattr(node.value, "operand", None), ast.Constant):
+            continue
+        target, written = (ast.get_source_segment(cell, each) or "" for each in (node.targets[0], node.value))
+        if written.startswith("+") and f"{target} ={written}" in (ast.get_source_segment(cell, node) or ""):
+            text = f"`{target} ={written}` sets it anew. To add to it, write `{target} += {written[1:].lstrip()}`."
+            yield node.lineno, text
+
+
+def _set_again(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield fields that two statements in a row set: `question.a = a`, `question.a = b`."""
+    for function in functions(tree):
+        for node in ast.walk(function):
+            body = getattr(node, "body", None)
+            for before, after in pairwise(body if isinstance(body, list) else ()):
+                first, second = (_field(each) for each in (before, after))
+                if first and first == second and first not in map(ast.unparse, ast.walk(after.value)):
+                    text = f"`{first}` is set here, and in line {before.lineno - skipped} just before it"
+                    yield after.lineno, f"{text}, whose value is lost. Is another field meant in one of the two?"
+
+
+def _field(statement: ast.stmt) -> str:
+    """Return the field of a message that a statement sets; '' for another one, and for an attribute of the node."""
+    target = statement.targets[0] if isinstance(statement, ast.Assign) and len(statement.targets) == 1 else None
+    of_a_name = isinstance(target, ast.Attribute) and isinstance(target.value, ast.Name) and target.value.id != "self"
+    return ast.unparse(target) if of_a_name and target else ""
+
+
+def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:
+    """Return True if nothing in a function uses the variable `name` after a statement, which is not in a loop."""
+    nodes = [*ast.walk(function)]
+    loops = [node for node in nodes if isinstance(node, (ast.For, ast.While))]
+    outside = any(name in node.names for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)))
+    later = [
+        node for node in nodes if isinstance(node, ast.Name) and node.id == name and node.lineno > statement.lineno
+    ]
+    return not later and not outside and not any(statement in ast.walk(loop) for loop in loops)
+
+
+def _set_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield variables of a function that nothing reads, and that are called like one of the whole text."""
+    for function, name, line, is_read in without_global(tree):
+        if not is_read and not list(calls(function, "locals")):
+            text = (
+                f"`{name.id}` is a variable of '{function.name}' alone here, and nothing reads it. To set that of line"
+            )
+            yield name.lineno, f"{text} {line - skipped}, begin '{function.name}' with `global {name.id}`."
+
+
+def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield methods used as statements, without their brackets: `goal_handle.succeed`."""
+    own = {function.name for function in functions(tree) if not function.decorator_list}
+    for function in functions(tree):
+        for node in bare_statements(function):
+            of_self = isinstance(node.value, ast.Attribute) and name_of(node.value.value) == "self"
+            if name_of(node.value) in (own if of_self else CALLED):
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}()`."
+            elif not of_self and name_of(node.value) in CALLED_WITH:
+                text = ast.unparse(node)
+                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}(...)`."
+
+
+def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield fields of a request that are looked for inside a word: `request.operation in 'add'`."""
+    for function in named(tree, service_callbacks(tree)):
+        request = function.args.args[-2].arg if len(function.args.args) > 1 else ""
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In) and len(node.ops) == 1):
+                continue
+            left, word = node.left, node.comparators[0]
+            of_request = isinstance(left, ast.Attribute) and name_of(left.value) == request
+            if of_request and isinstance(word, ast.Constant) and isinstance(word.value, str) and word.value.isalpha():
+                yield (
+                    node.lineno,
+                    (
+                        f"`{ast.unparse(node)}` is also true for an empty text and for each part of the word. To "
+                        f"compare, write `{ast.unparse(left)} == {word.value!r}`."
+                    ),
+                )
+
+
+def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield methods used without a call as a condition: `if self.is_fresh:`."""
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        own = {each.name for each in functions_of(cls) if not each.decorator_list}
+        nodes = (node for node in ast.walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
+        stored = {name_of(node) for node in nodes if isinstance(node.ctx, ast.Store)}
+        for node in ast.walk(cls):
+            for asked in asked_by(node):
+                of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
+                if of_self and name_of(asked) in own - stored:
+                    text = ast.unparse(asked)
+                    yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
+
+
+# What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.
+GIVEN = (
+    ("create_service", (0, "srv_type"), (2, "callback"), "Request", -2),
+    ("create_subscription", (0, "msg_type"), (2, "callback"), "", -1),
+    ("ActionServer", (1, "action_type"), (9, "goal_callback"), "Goal", -1),
+)
+ARRAY = re.compile(r"sequence<(?:u?int\d+|float|double)(?:, \d+)?>")
+
+
+def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of an array that a callback is given with a list: `goal.floors == []`."""
+    for maker, kind, callback, part, place in GIVEN:
+        for call in calls(tree, maker):
+            fields, name = fields_of(tree, argument(call, *kind), part), name_of(argument(call, *callback))
+            arrays = {field for field, each in fields.items() if ARRAY.fullmatch(each)}
+            for function in named(tree, {name}) if fields else ():
+                if len(function.args.args) >= -place:
+                    given = function.args.args[place].arg
+                    yield from _compared_with_lists(function, given, arrays)
+                    yield from _of_another_kind(function, given, fields)
+
+
+def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(function):
+        if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
+            continue
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            text = ast.unparse(one)
+            if isinstance(other, ast.List) and text in {f"{given}.{field}" for field in fields}:
+                always = "true" if isinstance(node.ops[0], ast.NotEq) else "false"
+                why = f"is always {always}: the field is an array, and no array is equal to a list"
+                yield node.lineno, f"`{ast.unparse(node)}` {why}. Write `list({text})`."
+
+
+def _of_another_kind(function: ast.AST, given: str, fields: Mapping[str, str]) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a field of a callback's argument with a constant of another type: `request.data == 'on'`."""
+    kinds = {f"{given}.{field}": kind for field, kind in fields.items()}
+    stored = {ast.unparse(node) for node in ast.walk(function) if isinstance(getattr(node, "ctx", None), ast.Store)}
+    for node in ast.walk(function):
+        if not (isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
+            continue
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            text, value = ast.unparse(one), getattr(other, "value", None)
+            kind, same = kinds.get(text, ""), "false" if isinstance(node.ops[0], ast.Eq) else "true"
+            of_numbers = kind == "boolean" or NUMBERS.fullmatch(kind)
+            if {given, text} & stored or not isinstance(other, ast.Constant):
+                continue
+            if (of_numbers and isinstance(value, str)) or (kind == "string" and isinstance(value, (bool, int, float))):
+                has, meant = ("a text", f"'{value}'") if kind == "string" else ("a number", "a number")
+                if kind == "boolean":
+                    has, meant = "True or False, not a text", f"`{text}` alone, or `not {text}`"
+                why = f"`{ast.unparse(node)}` is always {same}: the field is {has}."
+                yield node.lineno, f"{why} {'Use' if kind == 'boolean' else 'Compare it with'} {meant}."
+
+
+def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the exceptions that a file's `except` names, and that it neither imports nor makes.
+
+    Python looks for the name only when there is an exception to catch, as when the program is stopped.
+    """
+    nodes = [*ast.walk(tree)]
+    made = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    made |= {node.name for node in nodes if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))}
+    for node in nodes:
+        if isinstance(node, (ast.Import, ast.ImportFrom)):
+            made |= {alias.asname or alias.name.partition(".")[0] for alias in node.names}
+    for handler in nodes if "*" not in made else ():
+        caught = [*ast.walk(handler.type)] if isinstance(handler, ast.ExceptHandler) and handler.type else []
+        for name in caught:
+            if isinstance(name, ast.Name) and name.id not in made and not hasattr(builtins, name.id):
+                text = f"`except` needs `{name.id}`, which this file does not import"
+                origin = f": `from {FROM[name.id]} import {name.id}`" if name.id in FROM else ""
+                yield name.lineno, f"{text}{origin}."
+
+
+def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons in parameter callbacks with a name used nowhere else: `each.name == 'treshold'`."""
+    declared = set(_declared(tree))
+    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    for function in named(tree, parameter_callbacks(tree)):
+        for node in ast.walk(function):
+            if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq)):
+                continue
+            for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+                if not (name_of(one) == "name" and isinstance(one, ast.Attribute) and isinstance(other, ast.Constant)):
+                    continue
+                asked = str(other.value)
+                near = [each for each in sorted(declared) if each.lower() == asked.lower()]  # in other capitals
+                near = near or difflib.get_close_matches(asked, declared, 1, ALIKE)
+                if near and asked not in declared and texts.count(asked) == 1:
+                    text = f"no parameter '{asked}' is declared, so this is never true. Did you mean '{near[0]}'?"
+                    yield node.lineno, text
+
+
+def _declared(tree: ast.AST) -> Iterator[str]:
+    """Yield the names of the parameters that a text declares: by itself, in a loop over them, or by a method."""
+    makers = {"declare_parameter"}
+    for function in functions(tree):  # `declare_gain(self, name, ...)`
+        given = [each.arg for each in function.args.args[1:2]]
+        if any(name_of(argument(call, 0, "name")) in given for call in calls(function, "declare_parameter")):
+            makers.add(function.name)
+    texts = [argument(call, 0, "name") for name in makers for call in calls(tree, name)]
+    for loop in (node for node in ast.walk(tree) if isinstance(node, ast.For)):
+        names = [ast.unparse(each) for each in (getattr(loop.target, "elts", None) or [loop.target])[:1]]
+        if any(name_of(argument(call, 0, "name")) in names for name in makers for call in calls(loop, name)):
+            rows = getattr(loop.iter, "elts", [])
+            texts += [(getattr(each, "elts", None) or [each])[0] for each in rows]
+    yield from (each.value for each in texts if isinstance(each, ast.Constant) and isinstance(each.value, str))
+
+
+def _stored_already(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a new value with the stored one in a post-set callback, which runs when it is stored."""
+    for function in named(tree, parameter_callbacks(tree, "add_post_set_parameters_callback")):
+        compared = [node for node in ast.walk(function) if isinstance(node, ast.Compare) and len(node.ops) == 1]
+        sides = [(node, ast.unparse(node.left), ast.unparse(node.comparators[0])) for node in compared]
+        asked = {frozenset((left, right)) for _, left, right in sides}
+        for node, *both in sides:
+            for one, other in (both, both[::-1]):
+                stored = re.fullmatch(r"self\.get_parameter\((.+)\)\.value", other)
+                each = one.removesuffix(".value")
+                known = stored and (stored[1] == f"{each}.name" or {f"{each}.name", stored[1]} in asked)
+                if known and one == f"{each}.value" and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+                    same = "true" if isinstance(node.ops[0], ast.Eq) else "false"
+                    text = f"`{ast.unparse(node)}` is always {same}: a post-set callback runs when the new value is"
+                    yield node.lineno, f"{text} stored. Keep the value before in an attribute of the node."

@@ -1,0 +1,145 @@
+"""Code of a cell that runs without what it is meant to do: a coroutine that nobody awaits, another unit."""
+
+import ast
+from collections.abc import Iterator
+
+from course.explaining.source import CALLBACKS, argument, calls, functions, inside, name_of, named, service_callbacks
+
+MILLISECONDS = 1e6  # nanoseconds in one
+NOW = {"now", "monotonic", "time", "perf_counter"}
+
+
+def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield each such place as its line and a sentence."""
+    yield from _not_awaited(tree)
+    yield from _answers_later(tree)
+    yield from _milliseconds(tree)
+    yield from _negative_ages(tree)
+    yield from _cancels_in_vain(tree)
+
+
+def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield calls of the text's own `async def` as statements, without `await`."""
+    own = {each.name for each in functions(tree) if isinstance(each, ast.AsyncFunctionDef)}
+    coroutines = {each.name for each in named(tree, own)}
+    for function in functions(tree):
+        for node in inside(function):
+            call = node.value if isinstance(node, ast.Expr) else None
+            if not isinstance(call, ast.Call) or name_of(call.func) not in coroutines:
+                continue
+            if isinstance(call.func, ast.Name) or name_of(call.func.value) == "self":  # type: ignore[attr-defined]
+                what = ast.unparse(call.func)
+                here = "" if isinstance(function, ast.AsyncFunctionDef) else f", and `async def {function.name}`"
+                yield (
+                    call.lineno,
+                    (
+                        f"`{what}(...)` alone runs nothing, because `{name_of(call.func)}` is an `async def`: write "
+                        f"`await {what}(...)`{here}."
+                    ),
+                )
+
+
+def _answers_later(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield calls by which a service callback has its response filled in by a task or a thread, and returns before."""
+    for function in named(tree, service_callbacks(tree)):
+        response = function.args.args[-1].arg if function.args.args else ""
+        nodes = [*inside(function)]
+        called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
+        if called & WAITS or any(isinstance(node, (ast.Await, ast.Nonlocal)) for node in nodes):
+            continue
+        for call in (node for node in nodes if isinstance(node, ast.Call) and name_of(node.func) in LATER):
+            given = [*call.args, *(each.value for each in call.keywords)]
+            if response in {name_of(each) for one in given for each in ast.walk(one) if isinstance(each, ast.Name)}:
+                yield (
+                    call.lineno,
+                    (
+                        f"`{name_of(call.func)}` runs it later, and `{response}` is sent before: make "
+                        f"'{function.name}' an `async def` and `await` what fills in the response."
+                    ),
+                )
+
+
+LATER = {"create_task", "submit", "Thread"}  # what runs a function beside the callback
+WAITS = {"join", "result", "wait", "acquire", "get", "sleep", "spin_once", "spin_until_future_complete"}
+
+
+def _cancels_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the places where an execute callback asks for a cancel in a text that never ends a goal as canceled."""
+    if any(isinstance(node, ast.Attribute) and node.attr == "canceled" for node in ast.walk(tree)):
+        return
+    names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")} - {""}
+    for function in named(tree, names):
+        for node in (each for each in inside(function) if isinstance(each, ast.If)):
+            asked, ends = node.test, node.body[-1]
+            if isinstance(asked, ast.Attribute) and asked.attr == "is_cancel_requested" and isinstance(
+                ends, (ast.Break, ast.Return)
+            ):  # fmt: skip
+                yield (
+                    ends.lineno,
+                    (
+                        f"a goal whose cancel is requested ends as canceled only by `{ast.unparse(asked.value)}"
+                        ".canceled()`, which nothing here calls."
+                    ),
+                )
+
+
+def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a time in milliseconds with a number that is meant in seconds: `.nanoseconds / 1e6 < 1`."""
+    for node in ast.walk(tree):
+        if not (isinstance(node, ast.Compare) and len(node.ops) == 1):
+            continue
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            limit = getattr(other, "value", None)
+            if (
+                isinstance(one, ast.BinOp)
+                and isinstance(one.op, ast.Div)
+                and name_of(one.left) == "nanoseconds"
+                and getattr(one.right, "value", None) == MILLISECONDS
+                and isinstance(limit, (int, float))
+                and 0 < limit <= 1
+            ):
+                yield (
+                    node.lineno,
+                    (
+                        f"`.nanoseconds / 1e6` is in milliseconds, so {limit:g} means "
+                        f"{limit:g} ms. Seconds are `.nanoseconds / 1e9`."
+                    ),
+                )
+
+
+def _negative_ages(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield ages with their times swapped: `self.came - self.get_clock().now() < limit`."""
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        stored: dict[str, list[ast.AST]] = {}
+        for node in (each for each in ast.walk(cls) if isinstance(each, (ast.Assign, ast.AugAssign))):
+            for target, value in _pairs(node) if isinstance(node, ast.Assign) else [(node.target, node)]:
+                stored.setdefault(ast.unparse(target), []).append(value)
+        past = {name for name, values in stored.items() if name.startswith("self.") and _are_of_the_past(values)}
+        for asked in (each for each in ast.walk(cls) if isinstance(each, ast.Compare)):
+            age, below = asked.left, isinstance(asked.ops[0], (ast.Lt, ast.LtE))
+            if isinstance(age, ast.BinOp) and isinstance(age.op, ast.Sub) and below and len(asked.ops) == 1:
+                then, now = ast.unparse(age.left), ast.unparse(age.right)
+                if then in past and _is_now(age.right):
+                    yield (
+                        asked.lineno,
+                        f"`{then} - {now}` is below 0, since now is the later of the two: write `{now} - {then}`.",
+                    )
+
+
+def _pairs(node: ast.Assign) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield each target of an assignment with its value, also those of `a, b = 1, 2`."""
+    for target in node.targets:
+        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+            yield from zip(target.elts, node.value.elts, strict=False)
+        else:
+            yield from ((each, node.value) for each in getattr(target, "elts", [target]))
+
+
+def _is_now(value: ast.AST) -> bool:
+    return isinstance(value, ast.Call) and name_of(value.func) in NOW and not value.args
+
+
+def _are_of_the_past(values: list[ast.AST]) -> bool:
+    """Return True if some of these values are the time of their line, and the others None."""
+    others = [each for each in values if not _is_now(each)]
+    return len(others) < len(values) and all(isinstance(each, ast.Constant) and each.value is None for each in others)

@@ -1,0 +1,78 @@
+"""What a text makes and nothing uses, where what it is for is certain: a callback, or the result of a check."""
+
+import ast
+from collections.abc import Collection, Iterator
+
+from rclpy.node import Node
+
+from course.explaining.source import Function, argument, calls, functions_of, inside, name_of, node_classes
+
+RESULTS = ("SetParametersResult",)  # what only a `return` hands on
+
+
+def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
+    """Yield each such place as its line and a sentence.
+
+    Methods are looked at only in a `whole` file: those of a cell's class may be used in another cell.
+    """
+    yield from _results(tree)
+    nodes = [*ast.walk(tree)]
+    used = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
+    used |= {node.id for node in nodes if isinstance(node, ast.Name)}
+    texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    for cls in node_classes(tree) if whole else ():
+        plain = [each for each in functions_of(cls) if not each.decorator_list and not hasattr(Node, each.name)]
+        idle = [each for each in plain if each.name not in used | texts] if len(cls.bases) == 1 else []
+        yield from _unregistered(idle)
+        yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
+
+
+def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the results of a check that are made and not returned."""
+    for node in ast.walk(tree):
+        made = node.value if isinstance(node, ast.Expr) else None
+        if isinstance(made, ast.Call) and name_of(made.func) in RESULTS:
+            name = ast.unparse(made.func)
+            yield made.lineno, f"`{name}(...)` alone refuses and accepts nothing: write `return {name}(...)`."
+
+
+def _unregistered(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
+    """Yield those of these methods that can only be callbacks for parameters."""
+    for method in methods:
+        names = [each.arg for each in method.args.args]
+        returned = [node.value for node in inside(method) if isinstance(node, ast.Return) and node.value]
+        if len(names) != 2 or names[0] != "self":
+            continue
+        if any(isinstance(each, ast.Call) and name_of(each.func) in RESULTS for each in returned):
+            kind, does = "on_set", "returns a SetParametersResult"
+        elif not _reads_parameters(method, names[1]):
+            continue
+        elif not returned:
+            kind, does = "post_set", "looks at the parameters that it is given"
+        elif all(name_of(each) == names[1] and isinstance(each, ast.Name) for each in returned):
+            kind, does = "pre_set", "returns the parameters that it is given"
+        else:
+            continue
+        how = f"`self.add_{kind}_parameters_callback(self.{method.name})` in `__init__`"
+        yield method.lineno, f"'{method.name}' {does}, and nothing calls or registers it: write {how}."
+
+
+def _reads_parameters(method: Function, given: str) -> bool:
+    """Return True if a method reads name and value of each of what it is given."""
+    for loop in (node for node in inside(method) if isinstance(node, ast.For)):
+        if ast.unparse(loop.iter) == given and isinstance(loop.target, ast.Name):
+            read = {each.attr for each in ast.walk(loop) if isinstance(each, ast.Attribute)
+                    and name_of(each.value) == loop.target.id}  # fmt: skip
+            return {"name", "value"} <= read
+    return False
+
+
+def _of_another(cls: ast.ClassDef, idle: Collection[str], own: Collection[str]) -> Iterator[tuple[int, str]]:
+    """Yield the services that another method serves than the one that has their name and that nothing uses."""
+    for call in calls(cls, "create_service"):
+        served, callback = argument(call, 1, "srv_name"), argument(call, 2, "callback")
+        name = str(served.value) if isinstance(served, ast.Constant) else ""
+        meant = name.rpartition("/")[2]
+        if meant in idle and name_of(callback) in own and isinstance(callback, ast.Attribute):
+            text = f"{name} is served by `{ast.unparse(callback)}`, and nothing uses the method `{meant}`."
+            yield call.lineno, f"{text} Did you mean `self.{meant}`?"

@@ -1,0 +1,248 @@
+"""Hints on what is there in another form than it is used: brackets after a value, a name without its owner, a list for
+an array.
+"""
+
+import ast
+import builtins
+import importlib
+import re
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from course.explaining.interface_fields import fields_of
+from course.explaining.mixups import line_tree
+from course.explaining.overwritten import called
+from course.explaining.source import CALLBACKS, argument, calls, covers, name_of, named, parse
+
+Hint = Callable[[re.Match[str], str, str], str]
+PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
+MESSAGES = ("sensor_msgs.msg", "geometry_msgs.msg", "std_msgs.msg")
+OF_A_HANDLE = ("is_cancel_requested", "is_active", "publish_feedback", "succeed", "canceled", "abort", "request")
+OF_A_CLIENT = ("call", "call_async", "wait_for_service", "service_is_ready")
+
+
+def _says(text: str) -> Hint:
+    """Return a hint with a fixed text."""
+    return lambda found, source, code: text
+
+
+def _brackets(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on brackets after a lock, a message or an array: `with self.cabin():`."""
+    names = [name for name in dict.fromkeys(map(ast.unparse, called(code)))
+             if "(" not in name and not hasattr(builtins, name)]  # fmt: skip
+    if found[1].endswith(("ock", "Condition")):
+        names = [name for name in names if f"with {name}()" in code]
+        return f"`{names[0]}` is a lock already: leave out the brackets, `with {names[0]}:`." if names else ""
+    kind = "an array" if found[1].endswith("array") else "a message"
+    plain = [name for name in names if "." in name and re.search(rf"{re.escape(name)}\(\)", code)]
+    return f"`{plain[0]}` is {kind}, not a function: leave out the brackets after it." if len(plain) == 1 else ""
+
+
+def _of_the_handle(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an attribute of a goal's handle that is asked of the node."""
+    tree = parse(source)
+    callbacks = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
+    for function in named(tree, callbacks - {""}):
+        given = function.args.args[-1].arg if function.args.args else ""
+        if found[2] in OF_A_HANDLE and f"self.{found[2]}" in code and given not in ("", "self"):
+            return f"`{found[2]}` belongs to the handle of the goal, not to the node: `{given}.{found[2]}`."
+    return ""
+
+
+def _of_the_client(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a method of a service's client that is called on the node, or on a server."""
+    if found[2] not in OF_A_CLIENT:
+        return ""
+    tree = parse(source)
+    if found[1] == "Service":
+        made = next(calls(tree, "create_service"), None)
+        where = f" in line {made.lineno}" if made else ""
+        return f"This is a server: `create_service`{where} makes it. A client is made by `create_client`."
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) == "create_client":
+            client = ast.unparse(node.targets[0])
+            if f"self.{found[2]}(" in code and client.startswith("self."):
+                return f"`{found[2]}` is a method of the client, not of the node: `{client}.{found[2]}(...)`."
+    return ""
+
+
+def _of_the_request(name: str, source: str, code: str) -> str:
+    """Return how a service callback reads the field `name` of its request: `request.a`; '' for another name."""
+    tree = parse(source)
+    for call in calls(tree, "create_service"):
+        fields = fields_of(tree, argument(call, 0, "srv_type"), "Request")
+        for function in named(tree, {name_of(argument(call, *CALLBACKS["create_service"]))}):
+            inside = code in (ast.get_source_segment(source, function) or "")
+            if name in fields and inside and len(function.args.args) > 1:
+                return f"{function.args.args[-2].arg}.{name}"
+    return ""
+
+
+def _attribute_of_a_node(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a field of the request, or a parameter, that is taken for an attribute of the node."""
+    name = found[2]
+    if re.search(rf"\bself\.{name}\b(?!\s*\()", code) and (field := _of_the_request(name, source, code)):
+        return f"`{name}` is a field of the request: write `{field}`."
+    declared = [argument(call, 0, "name") for call in calls(parse(source), "declare_parameter")]
+    known = any(isinstance(each, ast.Constant) and each.value == name for each in declared)
+    if known and f"self.{name}" in code and not re.search(rf"\bself\.{name}\s*=[^=]", source):
+        return f"'{name}' is a parameter: its value is `self.get_parameter('{name}').value`."
+    return ""
+
+
+def _beginning_of_a_field(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a message's field of which only the beginning is written: `scan.angle_inc`."""
+    fields = _fields_of_a_message(found[1])
+    near = [each for each in fields if each.startswith(found[2])]
+    return f"Did you mean `{near[0]}`?" if len(near) == 1 else ""
+
+
+def _fields_of_a_message(name: str) -> list[str]:
+    for module in MESSAGES:
+        kind: Any = getattr(importlib.import_module(module), name, None)
+        if hasattr(kind, "get_fields_and_field_types"):
+            return list(kind.get_fields_and_field_types())
+    return []
+
+
+def _whole_message(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on square brackets after a message, where a dict or a list is expected."""
+    if not _fields_of_a_message(found[1]):
+        return ""
+    return (
+        f"This is a whole message, a {found[1]}, and not a dict or a list: check what is passed here. The fields of a "
+        "message are attributes."
+    )
+
+
+def _name(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a name without its owner, or without quotation marks: `LOOKING`, `b`, `inf`, `== add`."""
+    name, tree = found[1], parse(source)
+    for cls in (node for node in tree.body if isinstance(node, ast.ClassDef)):
+        kept = {ast.unparse(target) for each in cls.body if isinstance(each, ast.Assign) for target in each.targets}
+        if name in kept and any("Enum" in ast.unparse(base) or "Flag" in ast.unparse(base) for base in cls.bases):
+            return f"`{name}` is a member of {cls.name}: write `{cls.name}.{name}`."
+    if _is_text(name, code, tree):
+        return f"A text stands in quotation marks: `'{name}'`."
+    if field := _of_the_request(name, source, code):
+        return f"`{name}` is a field of the request: write `{field}`."
+    for module, short in (("math", "math"), ("numpy", "np")):
+        here = re.search(rf"^import {module}(?: as {short})?$", source, re.MULTILINE)
+        if name in OF_MATH and here:
+            return f"`{name}` is in the module {module}: write `{short}.{name}`."
+    return ""
+
+
+OF_MATH = ("inf", "nan", "pi", "degrees", "radians", "isinf", "isnan", "sqrt", "sin", "cos")
+
+
+def _is_text(name: str, code: str, tree: ast.Module) -> bool:
+    """Return True if a line compares this name with what another line compares with a text, or gives it to a text."""
+    for node in ast.walk(line_tree(code)):
+        if isinstance(node, ast.Compare) and name in map(name_of, node.comparators):
+            left = ast.unparse(node.left)
+            for other in (each for each in ast.walk(tree) if isinstance(each, ast.Compare)):
+                text = getattr(other.comparators[0], "value", None)
+                if ast.unparse(other.left) == left and isinstance(text, str):
+                    return True
+        if isinstance(node, ast.Call):
+            keys = {each.arg for each in node.keywords if isinstance(each.value, ast.Name) and each.value.id == name}
+            main = sys.modules.get("__main__")
+            for given in (each for each in [*node.args, node.func] if keys):
+                kind = given.value if isinstance(given, ast.Attribute) else given
+                fields = fields_of(tree, kind, "Request") or _of_the_notebook(getattr(main, name_of(kind), None))
+                if any(fields.get(str(key)) == "string" for key in keys):
+                    return True
+    return False
+
+
+def _of_the_notebook(kind: object) -> dict[str, str]:
+    request: Any = getattr(kind, "Request", None)
+    return request.get_fields_and_field_types() if hasattr(request, "get_fields_and_field_types") else {}
+
+
+def _feedback(found: re.Match[str], source: str, code: str) -> str:
+    tree = parse(source)
+    kind = next((argument(call, 1, "action_type") for call in calls(tree, "ActionServer")), None)
+    name = name_of(kind) or "TheType"
+    fields = ", ".join(f"{each}=..." for each in fields_of(tree, kind, "Feedback"))
+    return f"`publish_feedback` takes one message, with the values in its fields: `{name}.Feedback({fields or '...'})`."
+
+
+def _first_the_node(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an action's server or client that is not given its node."""
+    maker = found[1]
+    for call in calls(parse(source), maker):
+        first = call.args[0] if call.args else None
+        if isinstance(first, ast.Name) and first.id[:1].isupper():
+            given = ", ".join(map(ast.unparse, call.args))
+            node = "self" if "class " in source else "ros.node"
+            return f"The node comes first: `{maker}({node}, {given}{', ...' if call.keywords else ''})`."
+    return ""
+
+
+def _no_base(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a class that is meant to be a node, and names no base."""
+    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and not node.bases):
+        if any(covers(cls, call.lineno) and "super().__init__(" in ast.unparse(call)
+               for call in calls(cls, "__init__")):  # fmt: skip
+            return f"The class {cls.name} has no base, and so is no node: write `class {cls.name}(Node):`."
+    return ""
+
+
+def part_for_type(line: int, source: str) -> str:
+    """Return the hint on a line that gives an action's server or client a part of its type: `Lift.Goal`."""
+    tree = parse(source)
+    for maker in ("ActionServer", "ActionClient"):
+        for call in (each for each in calls(tree, maker) if covers(each, line)):
+            given = argument(call, 1, "action_type")
+            if isinstance(given, ast.Attribute) and given.attr in PARTS:
+                whole = ast.unparse(given.value)
+                return (
+                    f"`{ast.unparse(given)}` is only the class of a {given.attr.lower()}. This takes the type of the "
+                    f"action: `{whole}`."
+                )
+    return ""
+
+
+def decimal_comma(line: str) -> str:
+    """Return the hint on a number with a comma in a line that Python refuses: `'angular': 0,5}`; '' for another one."""
+    found = re.search(r":\s*(-?\d+),(\d+)\s*[,}]", line)
+    return f"A number has a decimal point: `{found[1]}.{found[2]}`." if found else ""
+
+
+BY_NAME = "A Duration takes its value by name: `Duration(seconds=0.5)`."
+OF_THESE = rf"(_thread\.R?[Ll]ock|Condition|array\.array|numpy\.ndarray|\w+_(?:{'|'.join(PARTS)}))"
+TABLE: tuple[tuple[str, Hint], ...] = (
+    (rf"'{OF_THESE}' object is not callable", _brackets),
+    (r"publish_feedback\(\) takes 2 positional arguments", _feedback),
+    (r"(Action(?:Server|Client))\.__init__\(\) missing \d required positional argument", _first_the_node),
+    (r"^TypeError: Duration\.__init__\(\) takes 1 positional", _says(BY_NAME)),
+    (r"object\.__init__\(\) takes exactly one argument", _no_base),
+    (
+        r"between instances of 'array\.array'|'array\.array' and 'array\.array'|operand type.*'array\.array'",
+        _says("The list in a message is no array of NumPy: make it one first, `np.array(scan.ranges)`, for example."),
+    ),
+    (
+        r"only integer scalar arrays can be converted to a scalar index|array indices must be integers",
+        _says(
+            "Only an array of NumPy can be indexed with conditions or with an array, and this is a list: make it one "
+            "first, `np.array(scan.ranges)`, for example."
+        ),
+    ),
+    (
+        r"unsupported operand type\(s\) for .*'range'",
+        _says("A `range` is no array: numbers to compute with are `np.arange(...)`."),
+    ),
+    (
+        r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object does not support item assignment",
+        _says("The fields of a message are attributes: write `response.result = ...`, not `response['result'] = ...`."),
+    ),
+    (r"'(\w+)' object is not subscriptable", _whole_message),
+    (r"'(\w+)' object has no attribute '(\w+)'", _of_the_handle),
+    (r"'(\w+)' object has no attribute '(\w+)'", _of_the_client),
+    (r"'(\w+)' object has no attribute '(\w+)'", _attribute_of_a_node),
+    (r"'(\w+)' object has no attribute '(\w+)'", _beginning_of_a_field),
+    (r"^NameError: name '(\w+)' is not defined", _name),
+)

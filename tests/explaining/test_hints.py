@@ -1,0 +1,324 @@
+"""Hints on what is used in the place of something else: of another type, of ROS 1, or to end what has already ended."""
+
+import pytest
+
+from course.explaining import ros_1
+from course.explaining.hints import hint
+
+SWAPPED = """from std_srvs.srv import SetBool
+class Motors(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'enable', self.enable)
+    def enable(self, {}):
+        self.on = {}.data
+"""
+REFUSES = """class A(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'enable', self.enable)
+        self.add_on_set_parameters_callback(self.check)
+        ActionServer(self, Lift, 'lift', self.execute, goal_callback=self.accept, cancel_callback=self.agree)
+    def enable(self, request, response):
+        response.success = True
+        raise ValueError('enable')
+    def check(self, parameters):
+        raise ValueError('check')
+    def accept(self, goal):
+        raise ValueError('accept')
+    def agree(self, goal_handle):
+        goal_handle.canceled()
+    def helper(self):
+        raise ValueError('helper')
+"""
+TAKES_OVER = """def take_over(self, goal_handle):
+    self.newest.abort()
+def execute(self, goal_handle):
+    if self.newest is not goal_handle:
+        goal_handle.abort()
+"""
+MOVES_ON = "def execute(self, goal_handle):\n    while left:\n        goal_handle.abort()\n    goal_handle.succeed()\n"
+HANDLE = """def __init__(self):
+    self.handle = None
+def run(self):
+    future = self.client.send_goal_async(goal)
+    self.handle = future.result()
+    if not self.handle.accepted:
+        pass
+def later(self):
+    self.handle.cancel_goal_async()
+"""
+SHUTS_DOWN = (
+    "def main():\n    rclpy.init()\n    rclpy.spin(node)\n    rclpy.try_shutdown()\n    rclpy.spin_once(node)\n"
+)
+NO_CONTEXT = "TypeError: 'NoneType' object does not support the context manager protocol"
+NESTED = """self.create_service(Trigger, 'ask', self.ask)
+def ask(self, request, response):
+    executor = SingleThreadedExecutor()
+    future = self.client.call_async(request)
+"""
+FLOATS = "from std_msgs.msg import Float64"
+FIBONACCI = "from course_interfaces.action import Fibonacci"
+CLASS_CHANGED = "AttributeError: 'Lift_Result' object attribute 'stops' is read-only"
+CLASS_OF_RESULT = "def execute(self, goal_handle):\n    result = Lift.Result\n    result.stops = []\n"
+SERVICE, ACTION = (f"NotImplementedError: {kind} classes can not be instantiated" for kind in ("Service", "Action"))
+OF_A_SERVER = "self.create_service(Add, '/add', self.add)"
+OF_A_CLIENT = "self.client = self.create_client(Add, '/add')"
+ON_A_CLASS = "TypeError: Agent.decide() missing 1 required positional argument: 'distances'"
+HAS_AN_AGENT = "rclpy.init()\nself.agent = Agent()\n"
+NO_SUPPORT = "AttributeError: type object 'str' has no attribute '_TYPE_SUPPORT'"
+UNDECLARED = "rclpy.exceptions.ParameterNotDeclaredException: Invalid access to undeclared parameter(s): "
+NO_ATTRIBUTE = "AttributeError: 'Motors' object has no attribute 'stopped'"
+KEEPS = "class Motors:\n    def __init__(self):\n        {}\n    def stop(self):\n"
+BUILTIN = "'builtin_function_or_method'"
+AMBIGUOUS = "ValueError: The truth value of an array with more than one element is ambiguous. Use a.any() or a.all()"
+OVERRIDES = "RCLError: failed to initialize rcl: Couldn't parse parameter override rule:"
+INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid transition from state {} with event {}"
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "code", "says"),
+    [
+        (
+            "AttributeError: 'SetBool_Response' object has no attribute 'data'",
+            SWAPPED.format("response, request", "request"),
+            "self.on = request.data",
+            "A service callback gets the request first, then the response: `def enable(self, request, response)`.",
+        ),
+        (
+            "AttributeError: 'SetBool_Response' object has no attribute 'data'",
+            SWAPPED.format("request, response", "response"),
+            "self.on = response.data",
+            "The response of SetBool has the fields success, message.",
+        ),
+        (
+            "TypeError: ActionServer.__init__() got an unexpected keyword argument 'handle_accepted'",
+            "",
+            "self.server = ActionServer(",
+            "Did you mean `handle_accepted_callback=`?",
+        ),
+        ("TypeError: Motors.__init__() got an unexpected keyword argument 'nam'", "", "Motors(nam='a')", ""),
+        (
+            "AttributeError: type object 'Fibonacci' has no attribute 'default_callback_group'",
+            "ActionClient(Fibonacci, 'fibonacci', ros.node)",
+            "ActionClient(Fibonacci, 'fibonacci', ros.node)",
+            "The arguments of `ActionClient` are in the wrong order: write `ActionClient(ros.node, TheType, '/name')`.",
+        ),
+        (
+            "TypeError: Fibonacci.__init__() got an unexpected keyword argument 'order'",
+            FIBONACCI,
+            "client.send_goal_async(Fibonacci(order=5))",
+            "`Fibonacci` is the type of an action, and a goal of it is `Fibonacci.Goal(order=...)`.",
+        ),
+        ("TypeError: Fibonacci.__init__() got an unexpected keyword argument 'x'", FIBONACCI, "Fibonacci(x=5)", ""),
+        ("ValueError: enable", REFUSES, "raise ValueError('enable')", "say so in the response, `response.success = F"),
+        ("ValueError: check", REFUSES, "raise ValueError('check')", "`return SetParametersResult(successful=False, re"),
+        ("ValueError: accept", REFUSES, "raise ValueError('accept')", "`return GoalResponse.REJECT` does."),
+        ("ValueError: helper", REFUSES, "raise ValueError('helper')", ""),
+        ("ValueError: could not convert", REFUSES, "response.success = True", ""),
+        (INVALID.format("EXECUTING", "CANCELED"), REFUSES, "goal_handle.canceled()", "it returns `CancelResponse.ACC"),
+        (INVALID.format("EXECUTING", "CANCELED"), "", "goal_handle.canceled()", "Nobody has asked to cancel this goal"),
+        (
+            INVALID.format("ABORTED", "ABORT"),
+            TAKES_OVER,
+            "goal_handle.abort()",
+            "This goal has already ended, as aborted, perhaps by `self.newest.abort()` in line 2. When `is_active`",
+        ),
+        (
+            INVALID.format("ABORTED", "ABORT"),
+            MOVES_ON,
+            "goal_handle.abort()",
+            "This goal has already ended, as aborted. After `succeed()`",
+        ),
+        (
+            "TypeError: unsupported operand type(s) for *: 'Float64' and 'float'",
+            FLOATS,
+            "self.integral += msg * step",
+            "This is the whole message: its value is in the field `data` of Float64, as in `msg.data`.",
+        ),
+        ("TypeError: must be real number, not Float64", FLOATS, "math.sin(msg)", "in the field `data` of Float64"),
+        ("TypeError: unsupported operand type(s) for *: 'Float64' and 'float'", "", "", ""),
+        ("TypeError: unsupported operand type(s) for *: 'float' and 'Duration'", "", "", "A Duration is not a number"),
+        ("TypeError: unsupported operand type(s) for -: 'Time' and 'float'", "", "", "Take both from the same clock"),
+        ("TypeError: unsupported operand type(s) for -: 'list' and 'float'", "", "", ""),
+        (
+            "TypeError: RcutilsLogger.info() takes 2 positional arguments but 3 were given",
+            "",
+            "self.get_logger().info('a: %s', a)",
+            "A logger of rclpy takes one text",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'rospy'",
+            "import rospy",
+            "import rospy",
+            "`rospy` is a library of ROS 1",
+        ),
+        (
+            "NameError: name 'rospy' is not defined. Did you mean: 'rclpy'?",
+            "",
+            "ki = rospy.get_param('ki')",
+            "`rospy.get_param` is of ROS 1. In ROS 2: `self.declare_parameter('name', default)`",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'accepted'",
+            HANDLE,
+            "if not self.handle.accepted:",
+            "The response is not there yet: `future.result()`",
+        ),
+        (
+            "AttributeError: 'NoneType' object has no attribute 'cancel_goal_async'",
+            HANDLE,
+            "self.handle.cancel_goal_async()",
+            "",
+        ),
+        (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin_once(node)", "`rclpy.try_shutdown()` in line 4 has already run"),
+        (NO_CONTEXT, SHUTS_DOWN, "rclpy.spin(node)", ""),
+        (NO_CONTEXT, SHUTS_DOWN, "", ""),
+        (NO_CONTEXT, SHUTS_DOWN.replace("spin_once", "spin"), "", "`rclpy.try_shutdown()` in line 4 has already run"),
+        (NO_CONTEXT, "with self.lock:\n    pass", "with self.lock:", ""),
+        (NO_CONTEXT, NESTED, "executor = SingleThreadedExecutor()", "A callback needs no executor of its own"),
+        (
+            "RCLError: Couldn't parse parameter override rule: '-p kp:='. Error: error not set",
+            "",
+            "rclpy.init(args=args)",
+            "The value follows `:=` without a blank: `-p kp:=2.0`",
+        ),
+        (
+            "RCLError: Couldn't parse params file: '--params-file pids.yaml'. Error: Error opening YAML file, at p.c",
+            "",
+            "rclpy.init(args=args)",
+            ", in which the program runs, has no file pids.yaml.",
+        ),
+        (NO_CONTEXT, "", "executor = SingleThreadedExecutor()", "`SingleThreadedExecutor(context=node.context)`"),
+        (
+            CLASS_CHANGED,
+            f"{CLASS_OF_RESULT}rclpy.init()",
+            "",
+            "Line 2: `result = Lift.Result` is the class itself. Create one with brackets: `Lift.Result()`.$",
+        ),
+        (CLASS_CHANGED, CLASS_OF_RESULT, "", "for all of this kernel: correct the line, and restart the kernel"),
+        (CLASS_CHANGED, "rclpy.init()", "", "Create one with brackets: `Lift.Result()`.$"),
+        (CLASS_CHANGED, "", "", "Somewhere `Lift.Result.stops = ...` was run"),
+        (SERVICE, OF_A_CLIENT, "response = Add()", "Create a response: `Add.Response(...)`."),
+        (SERVICE, OF_A_SERVER, "made = Add()", "Create a response: `Add.Response(...)`."),
+        (SERVICE, OF_A_SERVER, "request = Add()", "Create a request: `Add.Request(...)`."),
+        (SERVICE, OF_A_CLIENT, "made = Add()", "Create a request: `Add.Request(...)`."),
+        (SERVICE, OF_A_SERVER, "self.client.call_async(Add())", "Create a request: `Add.Request(...)`."),
+        (SERVICE, f"{OF_A_SERVER}\n{OF_A_CLIENT}", "made = Add()", "you need: `Add.Request()` or `Add.Response()`."),
+        (SERVICE, "", "ros.call('/add', Add())", "This takes the type itself: `Add`, without brackets after it."),
+        (SERVICE, "", "self.create_service(Add(), '/add', self.add)", "This takes the type itself: `Add`"),
+        (ACTION, "", "result = Lift()", "Create a result: `Lift.Result(...)`."),
+        (ACTION, "", "goal_handle.publish_feedback(Lift())", "Create a feedback message: `Lift.Feedback(...)`."),
+        (ACTION, "", "ActionServer(self, Lift(), 'lift', self.execute)", "This takes the type itself: `Lift`"),
+        (
+            "TypeError: 'bool' object is not callable",
+            "",
+            "if not handle.accepted():",
+            "`accepted` of a goal handle is not a method: leave out the brackets after it.",
+        ),
+        (
+            f"{UNDECLARED}gains.kp",
+            "",
+            "kp = self.get_parameter('gains.kp')",
+            "declare_parameter('gains.kp', default)`.",
+        ),
+        (f"{UNDECLARED}self.a", "self.declare_parameter('a', 1)", "", "Did you mean 'a'?"),
+        (
+            ON_A_CLASS,
+            HAS_AN_AGENT,
+            "action = Agent.decide(self.distances)",
+            "called on the class Agent here. Call it on an object of the class: `self.agent.decide(...)`.",
+        ),
+        (ON_A_CLASS, "", "Agent.decide({})", "of the class, the name that you give to `Agent(...)`."),
+        (
+            "ImportError: cannot import name 'closest' from 'course.robot.sectors'",
+            "",
+            "from course.robot.sectors import closest",
+            "course.robot.sectors has no closest.$",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'agent.py'; 'agent' is not a package",
+            "import agent.py",
+            "import agent.py",
+            "An import names a module without `.py`: `agent`.",
+        ),
+        (
+            NO_SUPPORT,
+            "self.create_client('Add', '/add')",
+            "self.create_client('Add', '/add')",
+            "The type is not a text: write it without quotation marks, `Add`, and import it.",
+        ),
+        (
+            NO_SUPPORT,
+            "ActionServer(self, 'Lift', '/lift', self.execute)",
+            "",
+            "without quotation marks, `Lift`, and import it.",
+        ),
+        (NO_SUPPORT, "self.create_client('/add', Add)", "", "are in the wrong order"),
+        (
+            NO_ATTRIBUTE,
+            KEEPS.format("stopped = False") + "        pass",
+            "",
+            "Line 3 sets `stopped`, a variable of `__init__` that",
+        ),
+        (NO_ATTRIBUTE, KEEPS.format("stopped = 1; self.state = stopped") + "        pass", "", ""),
+        (
+            NO_ATTRIBUTE,
+            f"{KEEPS.format('pass')}        self.stopped = 1",
+            "",
+            "Line 5 sets `self.stopped`, and has not",
+        ),
+        (NO_ATTRIBUTE, KEEPS.format("pass") + "        pass", "", ""),
+        (
+            f"TypeError: {BUILTIN} object does not support the context manager protocol",
+            "self.cabin = threading.Lock",
+            "with self.cabin:",
+            "Line 1: `threading.Lock` is the function itself. Call it: `threading.Lock()`.",
+        ),
+        (
+            f"TypeError: unsupported operand type(s) for -: {BUILTIN} and 'float'",
+            "now = time.monotonic",
+            "step = now - self.last",
+            "Line 1: `time.monotonic` is the function itself. Call it: `time.monotonic()`.",
+        ),
+        (f"TypeError: unsupported operand type(s) for -: {BUILTIN} and 'float'", "", "step = len - 1", ""),
+        ("NameError: name 'true' is not defined", "", "data=true", "In Python this is written `True`."),
+        ("AttributeError: 'ServerGoalHandle' object has no attribute 'cancelled'", "", "", "Did you mean `canceled`?"),
+        ("AttributeError: 'ServerGoalHandle' object has no attribute 'zzz'", "", "", ""),
+        (
+            "AttributeError: 'ServerGoalHandle' object has no attribute 'is_canceled'",
+            "",
+            "",
+            "Did you mean `is_cancel_requested`?",
+        ),
+        ("AttributeError: 'ClientGoalHandle' object has no attribute 'cancel'", "", "", "`cancel_goal_async`?"),
+        ("AttributeError: type object 'GoalStatus' has no attribute 'SUCCEEDED'", "", "", "`STATUS_SUCCEEDED`?"),
+        (AMBIGUOUS, "", "near = ranges[usable and low <= a]", "Arrays are combined with `&` and `|`"),
+        (AMBIGUOUS, "", "near = ranges[low <= a <= high]", "Arrays are combined with `&` and `|`"),
+        (AMBIGUOUS, "", "if ranges < 0.5 and usable:", ""),
+        (AMBIGUOUS, "", "return bool(ranges < 0.5)", ""),
+        (
+            "TypeError: LiftClient.on_feedback() missing 1 required positional argument: 'message'",
+            "self.client.send_goal_async(goal, feedback_callback=self.on_feedback())",
+            "future = self.client.send_goal_async(goal, feedback_callback=self.on_feedback())",
+            "Pass the method itself, without brackets: `self.on_feedback`.",
+        ),
+        (f"{OVERRIDES} '-p max_speed'. Error: E", "", "", "without a blank: `-p max_speed:=2.0`, for example."),
+        (f"{OVERRIDES} '-p max_speed=2.0'. Error: E", "", "", "A parameter is set with `:=`: `-p max_speed:=2.0`"),
+    ],
+)
+def test_what_is_used_in_another_place_is_told_only_where_it_is_certain(error, text, code, says):
+    said = hint(error, text, code)
+    assert says.removesuffix("$") in said and bool(says) == bool(said), said
+    assert not says.endswith("$") or said.endswith(says[:-1]), said
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("rosservice call /add 1 2", "`rosservice` is of ROS 1. In ROS 2: `ros2 service call /add 1 2`."),
+        ("roscore", "`roscore` is of ROS 1. ROS 2 needs nothing in its place: nodes find each other."),
+        ("ros2 service list", ""),
+        ("", ""),
+    ],
+)
+def test_a_command_of_ros_1_is_told_with_its_counterpart(line, says):
+    assert ros_1.command(line) == says

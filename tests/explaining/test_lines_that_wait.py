@@ -1,0 +1,173 @@
+"""Why a program waits in vain at a line of its text, and which lines are no sign of that."""
+
+import pytest
+
+from course.explaining.failure_report import Frame
+from course.explaining.lines_that_wait import crowded, remark
+
+POLLS = """class Client(Node):
+    def __init__(self):
+        self.create_timer(1.0, self.tick)
+        self.rate = self.create_rate(2.0)
+    def tick(self):
+        {loop}
+    def run(self):
+        {loop}
+        self.rate.sleep()
+        self.robot.sleep()
+        answer = await self.client.call(request)
+def main():
+    {end}
+"""
+LOOP = "while not future.done(): time.sleep(0.1)"
+SPINS = "Nothing spins the node while this loop waits, so no answer comes: write `rclpy.spin_until_future_complete(self"
+
+
+@pytest.mark.parametrize(
+    ("line", "function", "end", "says"),
+    [
+        (8, "run", "", SPINS),
+        (8, "run", "Thread(target=rclpy.spin, args=(node,)).start()", ""),
+        (6, "tick", "", ""),  # there, a spin would be wrong, too
+        (9, "run", "rclpy.spin(node)", "A rate sleeps until another thread spins the node, and the only one is here"),
+        (9, "run", "MultiThreadedExecutor(4).spin()", ""),
+        (10, "run", "rclpy.spin(node)", ""),
+        (
+            11,
+            "run",
+            "MultiThreadedExecutor(4).spin()",
+            "`call(...)` blocks here, before anything is awaited: write `aw",
+        ),
+    ],
+)
+def test_a_line_that_waits_in_vain(line, function, end, says):
+    source = POLLS.format(loop=LOOP, end=end or "pass")
+    frames = [Frame("client.py", line, function, source.splitlines()[line - 1].strip())]
+    said = "".join(remark(frames, source))
+    assert said.startswith(says) and bool(said) == bool(says)
+
+
+def test_a_loop_that_spins_is_no_wait_in_vain():
+    source = POLLS.format(loop="while not future.done(): rclpy.spin_once(self)", end="pass")
+    assert remark([Frame("client.py", 8, "run", source.splitlines()[7].strip())], source) == remark([], source) == []
+
+
+@pytest.mark.parametrize(
+    ("function", "end", "told"),
+    [
+        ("tick", "rclpy.spin(node)", True),
+        ("run", "rclpy.spin(node)", False),
+        ("tick", "while rclpy.ok(): rclpy.spin_once(node)", False),
+        ("tick", "MultiThreadedExecutor(4).spin(); rclpy.spin(node)", False),
+    ],
+)
+def test_a_callback_that_spins_its_node_is_told_that_it_is_spun_already(function, end, told):
+    source = POLLS.format(loop="rclpy.spin_once(self)", end=end)
+    said = remark([Frame("client.py", 6, function, "rclpy.spin_once(self)")], source)
+    assert (
+        said
+        == ["`rclpy.spin(node)` spins the node already, and waits until this callback returns: leave this out."] * told
+    )
+    asks = source.replace("await self.client.call(", "await self.client.call_async(")
+    assert all(
+        each.endswith("write `await client.call_async(...)` in an `async def`.")
+        for each in remark([Frame("client.py", 6, function, "rclpy.spin_once(self)")], asks)
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "in_calls", "told"),
+    [
+        ("MultiThreadedExecutor(num_threads=3)", 3, True),
+        ("MultiThreadedExecutor(num_threads=3)", 2, False),
+        ("MultiThreadedExecutor(3)\nSingleThreadedExecutor()", 3, False),
+        ("MultiThreadedExecutor(3)\nThread(target=other.spin)", 3, False),
+        ("MultiThreadedExecutor(3)\nMultiThreadedExecutor(3)", 6, False),
+        ("MultiThreadedExecutor(count)", 9, False),
+        ("rclpy.spin(node)", 1, False),
+    ],
+)
+def test_an_executor_without_a_thread_that_could_receive_an_answer(source, in_calls, told):
+    assert [line.startswith("All 3 threads") for line in crowded(source, in_calls)] == [True] * told
+
+
+LOCKS = """class Relay(Node):
+    def __init__(self):
+        self.lock = threading.{kind}()
+        self.create_service(Trigger, '/relay', self.relay)
+    async def relay(self, request, response):
+        with self.lock:
+            self.word()
+            {inside}
+    def word(self):
+        with self.lock:
+            return 'on'
+rclpy.spin(Relay())
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "inside", "frames", "says"),
+    [
+        ("Lock", "pass", ((7, "relay"), (10, "word")), "Line 6 has locked `self.lock` already, in the same thread"),
+        ("RLock", "pass", ((7, "relay"), (10, "word")), ""),
+        ("Lock", "pass", ((10, "word"),), ""),
+        (
+            "Lock",
+            "await self.client.call_async(request)",
+            ((6, "relay"),),
+            "While line 8 awaits, `self.lock` of line 6",
+        ),
+        ("Lock", "self.client.call(request)", ((6, "relay"),), ""),
+    ],
+)
+def test_a_lock_that_nothing_will_release(kind, inside, frames, says):
+    source = LOCKS.format(kind=kind, inside=inside)
+    lines = source.splitlines()
+    stack = [Frame("relay.py", line, name, lines[line - 1].strip()) for line, name in frames]
+    said = "".join(remark(stack, source))
+    assert said.startswith(says) and bool(said) == bool(says)
+    if "await" in inside:
+        assert remark(stack, source.replace("rclpy.spin(Relay())", "MultiThreadedExecutor(4).spin()")) == []
+
+
+@pytest.mark.parametrize(("before", "told"), [("goal_handle.canceled()", True), ("self.cabin.release()", False)])
+def test_a_lock_that_a_way_through_the_function_keeps_is_told_where_another_call_waits_for_it(before, told):
+    source = (
+        "self.cabin = threading.Lock()\ndef execute(self, goal_handle):\n    self.cabin.acquire()\n"
+        f"    if goal_handle.is_cancel_requested:\n        {before}\n        return Lift.Result()\n"
+        "    self.cabin.release()\n    return Lift.Result()\nMultiThreadedExecutor(4).spin()\n"
+    )
+    said = remark([Frame("lift_server.py", 3, "execute", "self.cabin.acquire()")], source)
+    assert [each.startswith("`self.cabin.acquire()` takes the lock, and the way thr") for each in said] == [True] * told
+
+
+@pytest.mark.parametrize(("kept", "told"), [("self.future", True), ("future", False)])
+def test_a_future_that_all_calls_keep_in_one_place_is_told(kept, told):
+    source = (
+        "self.create_service(Trigger, '/relay', self.relay)\ndef relay(self, request, response):\n"
+        f"    {kept} = self.client.call_async(request)\n    while not {kept}.done():\n        time.sleep(0.01)\n"
+        "MultiThreadedExecutor(8).spin()\n"
+    )
+    said = remark([Frame("relay.py", 5, "relay", "time.sleep(0.01)")], source)
+    assert [each.startswith("`self.future` is the future of the newest call") for each in said] == [True] * told
+
+
+@pytest.mark.parametrize(
+    ("loop", "told"),
+    [
+        ("while not node.fresh(): time.sleep(0.1)", True),
+        ("while not node.fresh(): rclpy.spin_once(node)", False),
+        ("while not ready(): time.sleep(0.1)", False),
+    ],
+)
+def test_a_loop_of_main_above_the_spin_is_told(loop, told):
+    source = f"class A(Node): pass\ndef main():\n    node = A()\n    {loop}\n    rclpy.spin(node)\n"
+    at = Frame("a.py", 4, "main", loop)
+    inner = Frame("a.py", 1, "fresh", "class A(Node): pass")
+    for frames in ([at], [at, inner]):
+        said = remark(frames, source)
+        assert [each.startswith("Nothing spins the node while the loop in line 4 waits") for each in said] == [
+            True
+        ] * told
+    assert remark([inner], source) == []

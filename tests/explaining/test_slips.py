@@ -1,0 +1,536 @@
+"""Slips that a cell's text shows: each is told, and nothing that is meant."""
+
+import pytest
+
+from course.explaining.doubts import doubts
+from course.explaining.slips import slips
+from course.foundation import cells
+from tests.hidden import answers
+from tests.notebook.public_checks import NOTEBOOKS
+
+NODE = """
+class Careful(Node):
+    def __init__(self):
+        super().__init__('careful')
+        self.declare_parameter('threshold', 1.0)
+        self.add_on_set_parameters_callback(self.check)
+        self.free = True
+
+    def is_fresh(self):
+        return True
+
+    def check(self, params):
+        {line}
+        return SetParametersResult(successful=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        ("outcome == 'OK'", "does nothing with it. To return it, write `return 0 if outcome == 'OK' else 1`."),
+        ("try:\n        outcome == 'OK'\n    finally:\n        stop()", "To return it, write `return 0 if outcome"),
+        ("outcome == 'OK'\n    print(outcome)", "To set it, write `outcome = 'OK'`."),
+        ("while True:\n        outcome == 'OK'", "To set it, write `outcome = 'OK'`."),
+    ],
+)
+def test_a_comparison_at_the_end_of_a_function_is_meant_to_be_returned(body, says):
+    (told,) = slips(f"def main():\n    outcome = run()\n    {body}\n")
+    assert says in told
+
+
+def test_a_value_that_is_looked_up_and_not_used_is_told():
+    text = "WORDS = {{4: 'SUCCEEDED'}}\ndef run(status):\n    {}WORDS.get(status)\n"
+    (told,) = slips(text.format(""))
+    assert told.startswith("note: line 3: ") and "write `return WORDS.get(status)`." in told
+    assert slips(text.format("return ")) == slips(text.format("").replace("WORDS =", "WORDS = Queue() or")) == []
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("self.free == False",
+         "line 13: `self.free == False` compares, and changes nothing. To set it, write `self.free = False`."),
+        ("while self.free and not self.is_fresh: pass",
+         "line 13: `self.is_fresh` is the method itself, which is always true. Call it: `self.is_fresh()`."),
+        ("bad = [each for each in params if each.name == 'treshold']",
+         "line 13: no parameter 'treshold' is declared, so this is never true. Did you mean 'threshold'?"),
+        ("self.is_fresh",
+         "line 13: `self.is_fresh` is the method itself, and calls nothing. Call it: `self.is_fresh()`."),
+        ("goal.abort", "line 13: `goal.abort` is the method itself, and calls nothing. Call it: `goal.abort()`."),
+        ("self.free", ""),
+        ("self.publisher.publish",
+         ("line 13: `self.publisher.publish` is the method itself, and calls nothing. Call it: "
+          "`self.publisher.publish(...)`.")),
+        ("self.publisher.publish(params)", ""),
+        ("self.create_timer(1.0, self.check)",
+         "line 13: 'check' makes one more timer each time that it is called. Make the timer once, in `__init__`."),
+        ("if self.free: self.create_timer(1.0, self.check)", ""),
+        ("self.timer = self.timer or self.create_timer(1.0, self.check)", ""),
+        ("self.create_timer(1.0, self.check).destroy()", ""),
+        ("self.decide = params or self.is_fresh", ""),
+        ("if params or self.is_fresh: pass",
+         "line 13: `self.is_fresh` is the method itself, which is always true. Call it: `self.is_fresh()`."),
+        ("if self.free: return []\n        self.timer = self.create_timer(1.0, self.check)", ""),
+        ("self.free = self.free == False", ""),
+        ("if self.free and self.is_fresh(): pass", ""),
+        ("bad = [each for each in params if each.name == 'threshold']", ""),
+        ("bad = [each for each in params if each.name == 'speed']", ""),
+        ("for each in params: each.name == 'threshold' or print(each)", ""),
+        ("if self.free == 'a' or 'b': pass",
+         "line 13: `'b'` stands alone here, which is always true. Write `self.free == 'a' or self.free == 'b'`."),
+        ("while not ('a' or 2 in params): pass",
+         "line 13: `'a'` stands alone here, which is always true. Write `'a' in params or 2 in params`."),
+        ("if params and (self.free != 1 or 2): pass",
+         "line 13: `2` stands alone here, which is always true. Write `self.free != 1 and self.free != 2`."),
+        ("self.free = self.free == 1 or 'b'", ""),
+        ("if self.free or 'b': pass",
+         "line 13: `'b'` stands alone here, which is always true. Compare something with it, or leave it out."),
+        ("while self.free == 1 or True: pass", ""),
+        ("if self.free == 1 and 'b': pass", ""),
+        ("self.free = 1 if params and (each > 0 for each in params) else 0",
+         ("line 13: `(each > 0 for each in params)` is a generator, which is always true. Write "
+          "`all(each > 0 for each in params)`, or `any(each > 0 for each in params)`.")),
+        ("if all(each > 0 for each in params): pass", ""),
+        ("if not self.client.service_is_ready: pass",
+         ("line 13: `self.client.service_is_ready` is the method itself, which is always true. Call it: "
+          "`self.client.service_is_ready()`.")),
+        ("while rclpy.ok and self.free: pass",
+         "line 13: `rclpy.ok` is the method itself, which is always true. Call it: `rclpy.ok()`."),
+        ("if self.future.done: pass", ""),
+        ("self.get_logger().info('given {params}')",
+         "line 13: 'given {params}' shows its braces as they are: write `f` before the first quotation mark."),
+        ("self.reason = 'not {self.free:.1f} free'",
+         ("line 13: 'not {self.free:.1f} free' shows its braces as they are: write `f` before the first "
+          "quotation mark.")),
+        ("print(f'given {params}', '{params}')", ""),
+        ("print('{params}'.format(params=params))", ""),
+        ("print('{a}: {data}')", ""),
+        ("reason = '{}'.format(params); print(reason)", ""),
+        ("return []; print(params)", "line 13: this never runs: the `return` of line 13 ends the function."),
+        ("return []; self.free = True", ""),
+        ("return []", ""),
+        ("self.server_is_ready = True\n        if self.server_is_ready: pass", ""),
+    ],
+)  # fmt: skip
+def test_a_slip_is_told_with_its_line(line, says):
+    cell = NODE.format(line=line)
+    assert slips(cell) == [f"note: {says}"] * bool(says)
+    assert slips(f"%%exercise careful.py{cell}") == slips(cell[1:])
+
+
+def test_a_future_that_is_asked_without_brackets_is_told():
+    (told,) = slips("future = client.call_async(request)\nwhile not future.done:\n    rclpy.spin_once(node)\n")
+    assert told == "note: line 2: `future.done` is the method itself, which is always true. Call it: `future.done()`."
+
+
+POWER = """%%exercise power.py
+from std_srvs.srv import SetBool
+class Power(Node):
+    def __init__(self):
+        super().__init__('power')
+        self.stopped = self.free = False
+        self.create_service(SetBool, 'power', self.power)
+    def power(self, request, response):
+        response.success = not self.stopped and self.free
+        if request.data:
+            {line}
+        return response
+"""
+ALONE = "is a variable of 'power' alone, and nothing reads it. "
+MESSAGE = "To answer with it, write `response.message = ...`."
+
+
+def test_a_value_for_a_response_is_told_also_where_its_type_is_not_known():
+    others = "            response.message = 'off'\n        else:\n            {line}"
+    cell = POWER.replace("std_srvs.srv", "my_interfaces.srv").replace("            {line}", others)
+    assert slips(cell.format(line="message = 'on'")) == [f"note: line 12: `message` {ALONE}{MESSAGE}"]
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("message = 'on'", f"`message` {ALONE}{MESSAGE}"),
+        (
+            "self.message = 'on'",
+            f"`self.message` is an attribute of the node, and nothing in the file reads it. {MESSAGE}",
+        ),
+        ("stopped = True", f"`stopped` {ALONE}To set the attribute of the object, write `self.stopped = ...`."),
+        (
+            "self.on = request.data in 'add'; print(self.on)",
+            (
+                "`request.data in 'add'` is also true for an empty text and for each part of the word. To compare, "
+                "write `request.data == 'add'`."
+            ),
+        ),
+        ("self.on = request.data in ('add',) or 'a' in request.data; print(self.on)", ""),
+        ("self.stoped = True", "nothing in the file reads `self.stoped`. Did you mean `self.stopped`?"),
+        (
+            "self.message = 'on'; print(response.message)",
+            f"`self.message` is an attribute of the node, and nothing in the file reads it. {MESSAGE}",
+        ),
+        ("message = 'on'; response.message = message", ""),
+        ("message = response.message = 'on'", ""),
+        ("message = 'on'; response.message = 'on'", ""),
+        ("self.message = 'on'; response.message = self.message", ""),
+        ("self.message = 'on'; response.message = getattr(self, 'message')", ""),
+        ("success = True", ""),  # the response has one in any case
+        ("other = True", ""),
+        ("stopped = self.stopped = True", ""),
+        ("stopped = True; self.stopped = True", ""),
+        ("stopped = True; self.free = stopped", ""),
+        ("self.stopped = True", ""),
+        ("self.stops = True", ""),
+        ("power = self.create_service(SetBool, '/power', self.power)", ""),  # a method, which is not to be overwritten
+        ("self.stoped = True; self.free = self.stoped", ""),
+    ],
+)
+def test_a_value_in_a_name_that_nothing_reads_is_told(line, says):
+    cell = POWER.format(line=line)
+    assert slips(cell) == [f"note: line 10: {says}"] * bool(says)
+    in_a_cell = slips(cell.partition("\n")[2])  # whose class may be used by another cell
+    assert in_a_cell == ([] if "in the file" in says else slips(cell))
+
+
+SWITCH = """state, count = 'off', 0
+on = False
+def power(request, response):
+    {line}
+    return response
+def status(request, response):
+    response.success = on
+    return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "is_told"),
+    [
+        ("on = request.data", True),
+        ("if request.data: on = True", True),
+        ("on = request.data; response.success = on", False),  # it may be meant for this function alone
+        ("global on; on = request.data", False),
+        ("other = request.data", False),
+        ("count = 5", False),  # no function reads the other one
+        ("def inner():\n        return on\n    on = request.data", False),
+        ("on = request.data; response.message = str(locals())", False),
+    ],
+)
+def test_a_variable_that_a_function_sets_for_itself_in_vain_is_told(line, is_told):
+    at = "note: line 4: `on` is a variable of 'power' alone here, and nothing reads it. To set that of line 2, begin "
+    told = [f"{at}'power' with `global on`."] if is_told else []
+    for cell in (SWITCH, f"%%exercise switch.py\n{SWITCH}"):
+        assert slips(cell.format(line=line)) == told
+
+
+STOPPED = """%%exercise careful.py
+{imports}
+try:
+    rclpy.spin(node)
+except (KeyboardInterrupt, ExternalShutdownException):
+    pass
+"""
+LACKS = (
+    "note: line 4: `except` needs `ExternalShutdownException`, which this file does not import: "
+    "`from rclpy.executors import ExternalShutdownException`."
+)
+
+
+@pytest.mark.parametrize(
+    ("imports", "told"),
+    [
+        ("import rclpy", [LACKS]),
+        ("from rclpy.executors import ExternalShutdownException", []),
+        ("from rclpy.executors import *", []),
+        ("class ExternalShutdownException(Exception): pass", []),
+        ("def spin(self, ExternalShutdownException=ValueError): pass", []),
+    ],
+)
+def test_an_exception_that_a_file_does_not_know_is_told_before_it_is_needed(imports, told):
+    assert slips(STOPPED.format(imports=imports)) == told
+    assert slips(STOPPED.format(imports=imports).partition("\n")[2]) == []  # another cell may have imported it
+
+
+AGES = """class Follower(Node):
+    def __init__(self):
+        self.scan, self.came = None, None
+    def laser_callback(self, msg):
+        self.came = self.get_clock().now()
+    def control_loop(self):
+        {line}
+    async def answer(self, request):
+        return request
+    async def other(self):
+        await self.answer(1)
+        {line}
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (
+            "self.answer(1)",
+            "`self.answer(...)` alone runs nothing, because `answer` is an `async def`: write `await self.",
+        ),
+        ("self.agent.answer(1)", ""),
+        ("self.task = self.answer(1)", ""),
+        ("self.executor.create_task(self.answer(1))", ""),
+        ("self.laser_callback(1)", ""),
+        (
+            "old = (now - self.came).nanoseconds / 1e6 <= 0.5",
+            "`.nanoseconds / 1e6` is in milliseconds, so 0.5 means 0.5 m",
+        ),
+        ("old = (now - self.came).nanoseconds / 1e6 <= 500", ""),
+        ("old = (now - self.came).nanoseconds / 1e9 <= 0.5", ""),
+        (
+            "new = self.came - self.get_clock().now() <= FRESH",
+            "`self.came - self.get_clock().now()` is below 0, since now",
+        ),
+        ("new = self.get_clock().now() - self.came <= FRESH", ""),
+        ("new = self.deadline - self.get_clock().now() <= FRESH", ""),
+        ("self.came += 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
+        ("self.came = 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
+    ],
+)
+def test_code_that_does_not_do_what_is_meant_is_told(line, says):
+    cell = AGES.format(line=line)
+    found = slips(cell)
+    assert len(found) == (2 if says else 0), found
+    for number, told in zip((7, 12), found, strict=False):
+        assert told.startswith(f"note: line {number}: {says}")
+    assert not says.endswith("`await self.") or [
+        each.endswith(", and `async def control_loop`.") for each in found
+    ] == [True, False]
+
+
+RELAY = """class Relay(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/relay', self.relay)
+    {callback}
+        {line}
+        return response
+    async def answer(self, request, response):
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.executor.create_task(self.answer, request, response)", "create_task"),
+        ("self.executor.create_task(self.answer(request, response))", "create_task"),
+        ("threading.Thread(target=self.answer, args=(request, response)).start()", "Thread"),
+        ("each = threading.Thread(target=self.answer, args=(request, response)); each.start(); each.join()", ""),
+        ("threading.Thread(target=self.other, args=(request,)).start()", ""),
+        ("self.pool.submit(self.answer, request, response).result()", ""),
+    ],
+)
+def test_a_response_that_is_sent_before_it_is_filled_in_is_told(line, told):
+    says = f"note: line 5: `{told}` runs it later, and `response` is sent before: make 'relay' an `async def` and "
+    found = slips(RELAY.format(callback="def relay(self, request, response):", line=line))
+    assert [each.startswith(says) for each in found] == [True] * bool(told)
+    awaited = RELAY.format(callback="async def relay(self, request, response):", line=f"self.task = await {line}")
+    assert slips(awaited) == []
+
+
+EAR = """from course_interfaces.action import Lift
+class Lift(Node):
+    def __init__(self):
+        self.server = ActionServer(self, Lift, 'lift', self.execute, goal_callback=self.check)
+        self.create_subscription(LaserScan, 'scan', self.hear, 10)
+    def check(self, goal):
+        return {condition}
+from sensor_msgs.msg import LaserScan
+class Ear(Node):
+    def hear(self, msg):
+        return {condition}
+"""
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("msg.ranges == []", "note: line 11: `msg.ranges == []` is always false: the field is an array"),
+        ("[] != msg.intensities", "note: line 11: `[] != msg.intensities` is always true: the field is an array"),
+        ("list(msg.ranges) == []", ""),
+        ("goal.floors == []", "note: line 7: `goal.floors == []` is always false"),
+        ("goal.other == []", ""),
+        ("self.ranges == []", ""),
+        ("msg.header == []", ""),
+    ],
+)
+def test_an_array_of_a_message_beside_a_list_is_told(condition, told):
+    found = "\n".join(slips(EAR.format(condition=condition)))
+    assert found.startswith(told) and bool(found) == bool(told)
+
+
+SERVES = """%%exercise motors.py
+from example_interfaces.srv import AddTwoInts
+from std_srvs.srv import SetBool, Trigger
+
+class Motors(Node):
+    def __init__(self):
+        super().__init__('motors')
+        self.create_service(SetBool, '/motors/enable', self.{enable})
+        self.create_service(Trigger, '/motors/status', self.{status})
+        self.create_service(AddTwoInts, '/add', self.add)
+        {register}
+
+    def enable(self, request, response):
+        {line}
+        return response
+
+    def status(self, request, response):
+        return response
+
+    def add(self, request, response):
+        {add}
+        return response
+
+    def check(self, params):
+        {check}
+
+    def changed(self, params):
+        for each in params:
+            if each.name == 'ki':
+                self.ki = each.value
+"""
+ALL = "self.add_on_set_parameters_callback(self.check); self.add_post_set_parameters_callback(self.changed)"
+RESULT = "return SetParametersResult(successful=True)"
+
+
+@pytest.mark.parametrize(
+    ("part", "written", "says"),
+    [
+        ("line", "self.on = request.data", ""),
+        ("line", "self.on = request.data == 'true'",
+         ("line 13: `request.data == 'true'` is always false: the field is True or False, not a text. Use "
+          "`request.data` alone, or `not request.data`.")),
+        ("line", "self.on = 'on' != request.data", "`'on' != request.data` is always true: the field is True or"),
+        ("line", "self.on = request.data == True", ""),
+        ("line", "request.data = str(request.data); self.on = request.data == 'True'", ""),
+        ("add", "self.big = request.a == '5'", "is always false: the field is a number. Compare it with a number."),
+        ("add", "self.big = request.a == 5 and response.sum == '5'", ""),
+        ("add", "self.total =+ request.a * 2",
+         "line 20: `self.total =+ request.a * 2` sets it anew. To add to it, write `self.total += request.a * 2`."),
+        ("add", "self.total = +request.a", ""),
+        ("add", "self.total =+ 5", ""),
+        ("add", "question.a = 1\n        question.a = 2",
+         ("line 21: `question.a` is set here, and in line 20 just before it, whose value is lost. Is another field "
+          "meant in one of the two?")),
+        ("add", "question.a = 1\n        question.a = question.a + 2", ""),
+        ("add", "question.a = 1\n        question.b = 2", ""),
+        ("status", "enable",
+         ("line 8: /motors/status is served by `self.enable`, and nothing uses the method `status`. Did you mean "
+          "`self.status`?")),
+        ("enable", "status", "line 7: /motors/enable is served by `self.status`, and nothing uses the method `enable`"),
+        ("check", "SetParametersResult(successful=False)\n        " + RESULT,
+         ("line 24: `SetParametersResult(...)` alone refuses and accepts nothing: write `return "
+          "SetParametersResult(...)`.")),
+        ("register", ALL.partition("; ")[0],
+         ("line 26: 'changed' looks at the parameters that it is given, and nothing calls or registers it: write "
+          "`self.add_post_set_parameters_callback(self.changed)` in `__init__`.")),
+        ("register", ALL.partition("; ")[2],
+         ("line 23: 'check' returns a SetParametersResult, and nothing calls or registers it: write "
+          "`self.add_on_set_parameters_callback(self.check)` in `__init__`.")),
+        ("register", f"return\n        self.timer = self.create_timer(1.0, self.tick)\n        {ALL}",
+         "line 11: this never runs: the `return` of line 10 ends the function."),
+        ("register", f"{ALL.partition('; ')[0]}; getattr(self, 'changed')", ""),
+    ],
+)  # fmt: skip
+def test_what_a_file_makes_and_does_not_use_is_told(part, written, says):
+    parts = {"enable": "enable", "status": "status", "register": ALL, "line": "self.on = True", "add": "self.n = 1"}
+    parts |= {"check": RESULT, part: written}
+    told = "\n".join(slips(SERVES.format(**parts)))
+    assert says in told and bool(says) == bool(told), told
+    assert says or not slips(SERVES.format(**parts).partition("\n")[2])
+
+
+PARAMETERS = """class Pid(Node):
+    def __init__(self):
+        for name, default in (('kp', 1.0), ('ki', 0.0)):
+            self.declare_parameter(name, default)
+        self.declare_gain('kd', 1.0)
+        self.add_post_set_parameters_callback(self.changed)
+    def declare_gain(self, name, most):
+        self.declare_parameter(name, 0.0)
+    def changed(self, params):
+        for each in params:
+            if {test}:
+                self.integral = 0.0
+"""
+
+
+@pytest.mark.parametrize(
+    ("test", "says"),
+    [
+        ("each.name == 'ki'", ""),
+        ("each.name == 'Ki'", "line 11: no parameter 'Ki' is declared, so this is never true. Did you mean 'ki'?"),
+        ("each.name == 'KD'", "line 11: no parameter 'KD' is declared, so this is never true. Did you mean 'kd'?"),
+        ("each.name == 'other'", ""),
+        ("each.name == 'ki' and each.value != self.get_parameter('ki').value",
+         ("line 11: `each.value != self.get_parameter('ki').value` is always false: a post-set callback runs when "
+          "the new value is stored. Keep the value before in an attribute of the node.")),
+        ("self.get_parameter(each.name).value == each.value", "(each.name).value == each.value` is always true"),
+        ("each.name == 'ki' and each.value != self.get_parameter('kp').value", ""),
+        ("each.name == 'ki' and each.value > self.get_parameter('ki').value", ""),
+        ("each.name == 'ki' and each.value != self.ki", ""),
+    ],
+)  # fmt: skip
+def test_a_condition_on_a_parameter_that_never_changes_is_told(test, says):
+    told = "\n".join(slips(PARAMETERS.format(test=test)))
+    assert says in told and bool(says) == bool(told), told
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_no_page_and_no_right_answer_has_one(exercise):
+    for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
+        assert cell.kind != "code" or slips(cell.source) == doubts("the cell", cell.source) == [], cell.source
+    for name in answers.load(exercise).RIGHT:
+        for file, text in answers.files(exercise, name).items():
+            assert slips(text.decode(errors="replace")) == [], (name, file)
+            assert doubts(file, text.decode(errors="replace")) == [], (name, file)
+
+
+@pytest.mark.parametrize(
+    ("sets", "more", "told"),
+    [
+        ("self.come = 1", "", True),
+        ("self.come = self.came = 1", "", False),
+        ("self.come = 1", "setattr(self, 'came', 1)", False),
+        ("self.come = 1", "print(self.come)", False),
+        ("self.home = 1", "", False),
+    ],
+)
+def test_an_attribute_that_stays_none_beside_one_that_nothing_reads_is_told(sets, more, told):
+    text = "class Follower(Node):\n    def __init__(self):\n        self.came = None\n"
+    text += f"    def hear(self, msg):\n        {sets}\n        {more or 'pass'}\n        return self.came\n"
+    says = ["note: line 5: nothing in the file reads `self.come`. Did you mean `self.came`?"] if told else []
+    assert slips(f"%%exercise follower.py\n{text}") == says
+
+
+COUNTS = """class Counter(Node):
+    def __init__(self):
+        ActionServer(self, Fibonacci, 'count', self.execute)
+    def execute(self, goal_handle):
+        for number in range(3):
+            if goal_handle.is_cancel_requested:
+                {ends}
+        goal_handle.succeed()
+"""
+
+
+@pytest.mark.parametrize(
+    ("ends", "told"),
+    [
+        ("break", True),
+        ("return Fibonacci.Result()", True),
+        ("goal_handle.canceled(); break", False),
+        ("self.stop()", False),
+    ],
+)
+def test_a_cancel_that_never_ends_the_goal_as_canceled_is_told(ends, told):
+    says = "note: line 7: a goal whose cancel is requested ends as canceled only by `goal_handle.canceled()`, which"
+    found = slips(COUNTS.format(ends=ends))
+    assert len(found) == told and all(each.startswith(says) for each in found)

@@ -1,0 +1,194 @@
+"""Hints on what is used in another form than it has: each mistake is told what to write, and nothing right is."""
+
+import pytest
+
+from course.explaining.failure_report import of_program
+from course.explaining.hints import hint
+from course.explaining.wrong_forms import decimal_comma
+
+LIFT = """from course_interfaces.action import Lift
+class LiftServer(Node):
+    def __init__(self):
+        ActionServer({given})
+    def execute(self, goal_handle):
+        if self.is_cancel_requested:
+            goal_handle.publish_feedback(self.floor, 2)
+"""
+SERVER = LIFT.format(given="self, Lift, 'lift', self.execute")
+ADD = """from example_interfaces.srv import AddTwoInts
+class Adder(Node):
+    def __init__(self):
+        self.create_service(AddTwoInts, 'add', self.add)
+        self.declare_parameter('kp', 1.0)
+    def add(self, request, response):
+        response.sum = request.a + b + self.a
+        self.effort = self.kp * self.b
+"""
+CLIENT = "class Asker(Node):\n    def __init__(self):\n        self.client = self.create_client(Add, 'add')\n"
+STATES = """from enum import Enum
+class State(Enum):
+    LOOKING = 1
+class Agent:
+    FAST = 1
+    def decide(self):
+        self.state = LOOKING
+"""
+NO_ATTRIBUTE = "AttributeError: '{}' object has no attribute '{}'"
+NO_FUTURE = "AttributeError: 'NoneType' object has no attribute 'add_done_callback'"
+UNNAMED = "NameError: name '{}' is not defined"
+
+
+@pytest.mark.parametrize(
+    ("error", "text", "code", "says"),
+    [
+        ("TypeError: '_thread.lock' object is not callable", "", "with self.cabin():", "`with self.cabin:`."),
+        ("TypeError: '_thread.lock' object is not callable", "", "self.cabin()", ""),
+        (
+            "TypeError: 'Lift_Goal' object is not callable",
+            SERVER,
+            "left = list(goal_handle.request().floors)",
+            "`goal_handle.request` is a message, not a function: leave out the brackets after it.",
+        ),
+        (
+            "TypeError: 'array.array' object is not callable",
+            "",
+            "ranges = np.array(scan.ranges(), dtype=float)",
+            "`scan.ranges` is an array, not a function: leave out the brackets after it.",
+        ),
+        (
+            "TypeError: ServerGoalHandle.publish_feedback() takes 2 positional arguments but 3 were given",
+            SERVER,
+            "goal_handle.publish_feedback(self.floor, 2)",
+            "with the values in its fields: `Lift.Feedback(floor=..., stops_left=...)`.",
+        ),
+        (
+            "TypeError: ActionServer.__init__() missing 1 required positional argument: 'execute_callback'",
+            LIFT.format(given="Lift, 'lift', self.execute"),
+            "",
+            "The node comes first: `ActionServer(self, Lift, 'lift', self.execute)`.",
+        ),
+        ("TypeError: ActionServer.__init__() missing 1 required positional argument: 'x'", SERVER, "", ""),
+        (
+            NO_ATTRIBUTE.format("LiftServer", "is_cancel_requested"),
+            SERVER,
+            "if self.is_cancel_requested:",
+            "belongs to the handle of the goal, not to the node: `goal_handle.is_cancel_requested`.",
+        ),
+        (NO_ATTRIBUTE.format("LiftServer", "cabin"), SERVER, "if self.cabin:", ""),
+        (
+            NO_ATTRIBUTE.format("Asker", "call_async"),
+            CLIENT,
+            "future = self.call_async(request)",
+            "a method of the client, not of the node: `self.client.call_async(...)`.",
+        ),
+        (
+            NO_ATTRIBUTE.format("Service", "wait_for_service"),
+            "self.client = self.create_service(Add, 'add', self.call)",
+            "self.client.wait_for_service()",
+            "This is a server: `create_service` in line 1 makes it. A client is made by `create_client`.",
+        ),
+        (UNNAMED.format("b"), ADD, "response.sum = request.a + b + self.a", "the request: write `request.b`."),
+        (UNNAMED.format("c"), ADD, "response.sum = request.a + b + self.a", ""),
+        (
+            NO_ATTRIBUTE.format("Adder", "a"),
+            ADD,
+            "response.sum = request.a + b + self.a",
+            "a field of the request: write `request.a`.",
+        ),
+        (
+            NO_ATTRIBUTE.format("Adder", "kp"),
+            ADD,
+            "self.effort = self.kp * self.b",
+            "'kp' is a parameter: its value is `self.get_parameter('kp').value`.",
+        ),
+        (UNNAMED.format("LOOKING"), STATES, "self.state = LOOKING", "a member of State: write `State.LOOKING`."),
+        (UNNAMED.format("SLOW"), STATES, "self.state = SLOW", ""),
+        (UNNAMED.format("inf"), "import math\nimport numpy as np", "a = inf", "in the module math: write `math.inf`."),
+        (UNNAMED.format("inf"), "import numpy as np", "a = inf", "in the module numpy: write `np.inf`."),
+        (UNNAMED.format("inf"), "", "a = inf", ""),
+        (
+            UNNAMED.format("add"),
+            "if word == add:\n    pass\nelif word == 'subtract':\n    pass",
+            "if word == add:",
+            "A text stands in quotation marks: `'add'`.",
+        ),
+        (UNNAMED.format("add"), "if word == add:\n    pass\nelif word == 2:\n    pass", "if word == add:", ""),
+        (
+            NO_FUTURE,
+            f"{CLIENT}    def send(self):\n        self.client.call_async(1)\nfuture = node.send()\n",
+            "print(ros.wait(future).sum)",
+            "`send` returns nothing, so `future` is None. End `send` with a `return` of the future.",
+        ),
+        (
+            NO_FUTURE,
+            f"{CLIENT}    def send(self):\n        return self.future\nfuture = node.send()\n",
+            "ros.wait(future)",
+            "and this is None.",
+        ),
+        (NO_ATTRIBUTE.format("LaserScan", "angle_inc"), "", "scan.angle_inc", "Did you mean `angle_increment`?"),
+        (NO_ATTRIBUTE.format("LaserScan", "angle"), "", "scan.angle", ""),
+        ("TypeError: 'LaserScan' object is not subscriptable", "", "distances['front']", "This is a whole message, a"),
+        ("TypeError: 'WallAgent' object is not subscriptable", "", "distances['front']", ""),
+        (
+            "TypeError: Duration.__init__() takes 1 positional argument but 2 were given",
+            "",
+            "FRESH = Duration(0.5)",
+            "`Duration(seconds=0.5)`",
+        ),
+        (
+            "TypeError: '>=' not supported between instances of 'array.array' and 'float'",
+            "",
+            "measured = (ranges >= scan.range_min)",
+            "make it one first, `np.array(scan.ranges)`",
+        ),
+        (
+            "TypeError: only integer scalar arrays can be converted to a scalar index",
+            "",
+            "scan.ranges[usable]",
+            "this is a list: make it one first",
+        ),
+        (
+            "TypeError: unsupported operand type(s) for *: 'float' and 'range'",
+            "",
+            "a * range(3)",
+            "numbers to compute with are `np.arange(...)`.",
+        ),
+        (
+            "TypeError: 'Calculate_Response' object does not support item assignment",
+            "",
+            "response['result'] = 1.0",
+            "The fields of a message are attributes: write `response.result = ...`",
+        ),
+        (
+            "TypeError: object.__init__() takes exactly one argument (the instance to initialize)",
+            "class Follower:\n    def __init__(self):\n        super().__init__('follower')",
+            "super().__init__('follower')",
+            "write `class Follower(Node):`.",
+        ),
+    ],
+)
+def test_what_has_another_form_is_told_only_where_it_is_certain(error, text, code, says):
+    told = hint(error, text, code)
+    assert told.endswith(says) or says in told
+    assert bool(told) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("return {'linear': 0.0, 'angular': 0,5}", "A number has a decimal point: `0.5`."),
+        ("return {'linear': 1,5, 'angular': 0.5}", "A number has a decimal point: `1.5`."),
+        ("return {1: 2,3: 4", ""),
+        ("beam(1,2", ""),
+    ],
+)
+def test_a_decimal_comma_in_a_dict_is_told(line, says):
+    assert decimal_comma(line) == says
+
+
+def test_a_part_of_an_action_for_its_type_is_told_when_the_program_has_crashed(tmp_path):
+    path = tmp_path / "lift.py"
+    path.write_text(LIFT.format(given="\n            self, Lift.Goal, 'lift', self.execute"))
+    crash = f'Fatal Python error: Segmentation fault\n\nFile "{path}", line 4 in __init__\n'
+    told = str(of_program(path, crash, -11))
+    assert "`Lift.Goal` is only the class of a goal. This takes the type of the action: `Lift`." in told
