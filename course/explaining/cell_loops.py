@@ -15,7 +15,7 @@ from rclpy.action import ActionClient
 from rclpy.client import Client
 
 from course.explaining.failure_report import text_at
-from course.explaining.hints import serves
+from course.explaining.outline import serves
 from course.explaining.source import covers, is_cell, name_of, parse
 
 IDLE = ("sleep", "print", "spin_once")  # calls in a loop that only waits

@@ -20,9 +20,10 @@ from typing import Any
 from rclpy.exceptions import InvalidHandle, NotInitializedException
 
 from course.explaining.clashes import other_type
-from course.explaining.hints import hint, is_client, makes_no_node, never_spins, returns_nothing, serves, uncalled_main
+from course.explaining.hints import hint
 from course.explaining.mixups import class_for_response, idle_lambda
 from course.explaining.nothing import silent_helper
+from course.explaining.outline import is_client, makes_no_node, never_spins, returns_nothing, serves, uncalled_main
 from course.explaining.overwritten import with_article
 from course.explaining.source import (
     defined,

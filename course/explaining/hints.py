@@ -5,19 +5,13 @@ There is a hint only if the cause is known.
 
 import ast
 import builtins
-import contextlib
 import difflib
-import importlib
 import inspect
 import re
 import sys
-import textwrap
 from collections.abc import Callable
 from pathlib import Path
 
-from action_msgs.msg import GoalStatus
-from rclpy.action.client import ClientGoalHandle
-from rclpy.action.server import ServerGoalHandle
 from rclpy.node import Node
 
 from course.explaining import wrong_forms
@@ -27,14 +21,34 @@ from course.explaining.arguments import (
     logged,
     node_without_quotes,
     order_of_arguments,
-    response_first,
     self_behind_super,
     unknown_keyword,
     wrong_kind,
 )
 from course.explaining.endings import around, ended_twice, refused_by_raising
 from course.explaining.field_values import no_value
-from course.explaining.imports import is_there, wrong_import
+from course.explaining.interface_parts import (
+    by_name,
+    no_such_argument,
+    no_such_field,
+    not_a_message,
+    of_a_goal_handle,
+    sent,
+    sub_message,
+    type_for_goal,
+    unknown_field,
+    wrapped,
+    wrong_type,
+)
+from course.explaining.missing_names import (
+    is_a_module,
+    is_module,
+    no_such_class,
+    of_the_course,
+    own_attribute,
+    unbound,
+    written_outside,
+)
 from course.explaining.mixups import (
     NOT_THERE,
     UNCALLED,
@@ -74,14 +88,9 @@ from course.explaining.source import (
     functions,
     hidden_method,
     hides_rclpy,
-    inside,
     methods,
     misspelt_init,
     name_of,
-    named,
-    no_result,
-    node_classes,
-    outside_of_its_class,
     parameter_callbacks,
     parse,
     service_callbacks,
@@ -89,16 +98,11 @@ from course.explaining.source import (
     wrong_return,
 )
 from course.foundation import cells
-from course.foundation.untrusted import read_regular
 
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
-MOST = 1_000_000  # bytes of a file that is searched
 Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
 LOOKED = 4000  # characters: an error may hold all that a program has printed
-OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
-# Python's names of a field's type, and the names in a definition file.
-TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
 
 
 def hint(error: str, source: str = "", code: str = "") -> str:
@@ -118,95 +122,6 @@ def hint(error: str, source: str = "", code: str = "") -> str:
         if (found := re.search(pattern, error, re.DOTALL)) and (text := explain(found, source)):
             return text
     return ""
-
-
-def type_name(kind: str) -> str:
-    """Return a field's type as in a definition: `float64`, where the Python class has `double`."""
-    if found := re.fullmatch(r"sequence<(.*?)(?:, (\d+))?>", kind):
-        return f"{type_name(found[1])}[{'<=' + found[2] if found[2] else ''}]"
-    if found := re.fullmatch(r"(.*)\[(\d+)\]", kind):
-        return f"{type_name(found[1])}[{found[2]}]"
-    return TYPES.get(kind, kind)
-
-
-def returns_nothing(callback: Callable[..., object]) -> bool:
-    """Return True if a function's source has no `return` with a value."""
-    try:
-        found = list(functions(parse(textwrap.dedent(inspect.getsource(callback)))))
-    except (OSError, TypeError):
-        return False
-    return bool(found) and not _returns(found[0])
-
-
-def never_called(source: str, name: str = "main") -> bool:
-    """Return True if a program defines the function `name` and never calls it."""
-    tree = parse(source)
-    return any(function.name == name for function in functions(tree)) and not list(calls(tree, name))
-
-
-def uncalled_main(source: str) -> tuple[int, str] | None:
-    """Return why the main() of a program does not run, and the line that only names it, or 0; None if it is called.
-
-    The text may also hand main() to something that calls it, such as a thread: then this is None, too.
-    """
-    if not never_called(source):
-        return None
-    tree = parse(source)
-    main = next(each for each in functions(tree) if each.name == "main")
-    run = "sys.exit(main())" if _returns(main) else "main()"
-    bare = [node for node in ast.walk(tree) if isinstance(node, ast.Expr) and name_of(node.value) == "main"]
-    ended = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, call.args)]
-    if len(bare) + len(ended) < sum(name_of(node) == "main" for node in ast.walk(tree) if isinstance(node, ast.Name)):
-        return None
-    for node, write in (*((each.value, run) for each in bare), *((each, "sys.exit(main())") for each in ended)):
-        return node.lineno, f"`{ast.unparse(node)}` names the function and does not call it: write `{write}`."
-    return 0, f"main() is defined, but never called: end the file with `if __name__ == '__main__': {run}`."
-
-
-EXITS = ("exit", "_exit", "SystemExit")
-
-
-def makes_no_node(source: str) -> str:
-    """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
-    tree = parse(source)
-    nodes = node_classes(tree)
-    if any(list(calls(tree, name)) for name in ("create_node", "Node", *(node.name for node in nodes))):
-        return ""
-    if nodes:
-        return (
-            f"The file has the class {nodes[-1].name}, and makes no node of it. `main()` creates the node and spins "
-            "it, and the file ends with `if __name__ == '__main__': main()`."
-        )
-    return "" if re.search(r"\b(?:rclpy|course|import_module)\b", source) else "It ended at once: it makes no node."
-
-
-SERVES = ("create_service", "ActionServer", "create_timer", "create_subscription", "create_publisher")
-
-
-def is_client(source: str) -> bool:
-    """Return True if a program makes clients, and nothing that others ask, hear or wait for."""
-    tree = parse(source)
-    asks = any(list(calls(tree, name)) for name in ("create_client", "ActionClient"))
-    return asks and not serves(source)
-
-
-def serves(source: str) -> bool:
-    """Return True if a program makes something that must run on: a server, a timer, or an end of a topic."""
-    tree = parse(source)
-    return any(list(calls(tree, name)) for name in SERVES)
-
-
-def never_spins(source: str) -> bool:
-    """Return True if a program makes its node but never waits for callbacks."""
-    tree = parse(source)
-    return not any(list(calls(tree, name)) for name in SPINS)
-
-
-SPINS = ("spin", "spin_once", "spin_until_future_complete", "wait", "sleep", "input")
-
-
-def _returns(function: ast.AST) -> bool:
-    return any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(function))
 
 
 # --- the causes ---
@@ -239,149 +154,6 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
     return "Did your callback return the response? A service callback must end with `return response`."
 
 
-def _unknown_field(found: re.Match[str], source: str) -> str:
-    message, part, name = found[1], found[2], found[3]
-    fields = _fields(message, part, source)
-    if part in ("Request", "Response") and name not in fields and (swapped := response_first(source)):
-        return swapped
-    if part == "Request" and name not in fields and name in _fields(message, "Response", source):
-        tree = parse(source)
-        for function in named(tree, service_callbacks(tree)):
-            for node in (each for each in inside(function) if isinstance(each, ast.Assign)):
-                if isinstance(node.value, ast.Call) and ast.unparse(node.value.func) == f"{message}.Request":
-                    return (
-                        f"`{ast.unparse(node)}` makes a request. Set the fields of the response that '{function.name}' "
-                        "is given, and return that."
-                    )
-    if (part, name) == ("Goal", "request") and name not in fields:
-        return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
-    return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
-
-
-def _no_such_field(found: re.Match[str], source: str) -> str:
-    """Return the hint on an attribute that a message, whose type the program imports, does not have."""
-    message, name = found[1], found[2]
-    fields = _fields(message, "", source)
-    if not fields or name in fields:
-        return ""
-    if more := [each for each in fields if each.startswith(name)]:
-        return f"Did you mean `{more[0]}`?"
-    return _has_fields(f"The message {message}", fields, name)
-
-
-def _wrapped(found: re.Match[str], source: str) -> str:
-    """Return the hint on a missing attribute of a goal's response or a feedback message, which wraps the one meant."""
-    part, name = found[2], found[3]
-    if part == "FeedbackMessage":
-        return f"A feedback callback gets a message that contains the feedback: write `.feedback.{name}`."
-    if name in OF_A_GOAL_HANDLE:
-        sends = next(calls(parse(source), "send_goal"), None)
-        return (
-            "`send_goal` waits for the goal to end and returns its result, not the goal handle: use `send_goal_async`."
-            if sends
-            else f"This is the response of `get_result_async`, with `status` and `result`. `{name}` belongs to the "
-            "goal handle, which you get from `send_goal_async`."
-        )
-    fields = _fields(found[1], "Result", source)
-    if name not in fields and (near := difflib.get_close_matches(name, ("status", "result"), 1)):
-        return f"The response has a `status` and a `result`. Did you mean `{near[0]}`?"
-    if fields and name not in fields:
-        return _has_fields(f"The response has a `status` and a `result`, and the result of {found[1]}", fields, name)
-    return f"The response has a `status` and a `result`, and the fields are in that `result`: write `.result.{name}`."
-
-
-OF_A_GOAL_HANDLE = (
-    "accepted",
-    "cancel_goal",
-    "cancel_goal_async",
-    "get_result",
-    "get_result_async",
-    "goal_id",
-    "stamp",
-)
-
-
-def _has_fields(what: str, fields: list[str], name: str) -> str:
-    if not fields:
-        return f"{what} has no field '{name}': compare the spelling with the definition."
-    near = difflib.get_close_matches(name, fields, 1)
-    meant = f" Did you mean `{near[0]}`?" if near else ""
-    listed = f"fields {', '.join(fields)}" if len(fields) > 1 else f"one field {fields[0]}"
-    return f"{what} has the {listed}.{meant}"
-
-
-def _no_such_argument(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on an unknown field, as in `SetParametersResult(success=...)`."""
-    name = found[1]
-    written = rf"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\((?=[^()]*\b{name}\s*=)"  # first where the field is in its own brackets
-    for message, part in re.findall(written, code) or re.findall(r"\b([A-Z]\w*)(?:\.([A-Z]\w*))?\(", code):
-        if package := _imported_before(message, part, name):
-            return (
-                f"`{message}` is still the type of the build before: import it again, "
-                f"`from {package} import {message}`."
-            )
-        if fields := _fields(message, part, source):
-            what = f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}" if part else message
-            return _has_fields(what, fields, name)
-    return f"The message has no field '{name}': `ros2 interface show` shows its fields."
-
-
-def _imported_before(message: str, part: str, field: str) -> str:
-    """Return the package of a type of the notebook that was built again since, if the new one has `field`; else ''."""
-    old = getattr(sys.modules.get("__main__"), message, None)
-    package = getattr(old, "__module__", "").rpartition(".")[0]
-    if not package.endswith((".action", ".msg", ".srv")):
-        return ""
-    try:
-        new = getattr(importlib.import_module(package), message)
-        fields = (getattr(new, part) if part else new).get_fields_and_field_types()
-    except (ImportError, AttributeError):
-        return ""
-    return package if old is not new and field in fields else ""
-
-
-def _fields(message: str, part: str, source: str) -> list[str]:
-    """Return the fields of a type that the program imports, if it is known here."""
-    module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
-    known = getattr(sys.modules.get("__main__"), message, None)
-    try:
-        kind = getattr(importlib.import_module(module[1]), message) if module else known
-        return list((getattr(kind, part) if part else kind).get_fields_and_field_types())  # type: ignore[union-attr]
-    except (ImportError, AttributeError, TypeError):
-        return []
-
-
-def _wrong_type(found: re.Match[str], source: str) -> str:
-    field, kind = found[1], found[2]
-    examples = {
-        "float": "a float, such as 3.0, not an int, a NumPy number or None: convert a number with `float(...)`",
-        "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
-        "str": "a string: use `str(...)` or an f-string",
-        "bool": "True or False: convert it with `bool(...)`",
-    }
-    return f"The field '{field}' takes {examples[kind]}."
-
-
-def _sent(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a line in which a client sends something that is no goal or request of its type."""
-    for method, (part, what) in SENT.items():
-        for call in calls(parse(code), method):
-            made = call.args[0] if call.args else None
-            if isinstance(made, ast.Call) and name_of(made.func) == part:
-                kind = ast.unparse(made.func)
-                return (
-                    f"`{kind}` is not of this client's type: a client sends {what} of the type with which it was "
-                    f"created. Compare this line, the line that creates the client, and the imports."
-                )
-        if re.search(rf"\b{method}\(", code):
-            return f"A client sends {what} of its own type, with the values in its fields: `TheType.{part}(...)`."
-    return ""
-
-
-OF_AN_ACTION, OF_A_SERVICE = ("Goal", "a goal"), ("Request", "a request")
-SENT = {"send_goal": OF_AN_ACTION, "send_goal_async": OF_AN_ACTION, "call": OF_A_SERVICE, "call_async": OF_A_SERVICE}
-
-
 def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that gives a field a Parameter, directly or by a name."""
     if re.search(r"get_parameter_value\(\)(?!\s*\.)", code):
@@ -410,14 +182,6 @@ OF_A_PARAMETER_VALUE = (
     "`get_parameter_value()` returns a message with a field for each type, such as `.double_value`. Shorter: "
     "`self.get_parameter('kp').value`."
 )
-
-
-def _sub_message(found: re.Match[str], source: str) -> str:
-    if found[1] == "result" and found[2].endswith("_Result"):
-        action = found[2].removesuffix("_Result")
-        name = callback[0] if (callback := no_result(source)) else "execute"
-        return f"The callback '{name}' must end with `return {action}.Result(...)`, on every path through it."
-    return f"The field '{found[1]}' holds a {found[2]} message: set its fields, as in `.{found[1]}.x = 0.3`."
 
 
 def _init_as_context(found: re.Match[str], source: str) -> str:
@@ -519,123 +283,10 @@ def _of_rclpy(found: re.Match[str], source: str) -> str:
 GROUP = re.compile(r"=\s*(\w+CallbackGroup)\s*(?:[,)#]|$)", re.MULTILINE)
 
 
-def _unbound(found: re.Match[str], source: str) -> str:
-    name, tree = found[1], parse(source)
-    if any(name in map(name_of, getattr(each, "targets", [getattr(each, "target", None)])) for each in tree.body):
-        return (
-            f"`{name}` is a variable of the whole text: a function that sets it begins with `global {name}`. "
-            f"In a node, keep it in `self.{name}`."
-        )
-    for outer in functions(tree):
-        inner = [each for each in functions(outer) if each is not outer and _stores(each, name)]
-        if inner and len(_stores(outer, name)) > sum(len(_stores(each, name)) for each in inner):
-            first = f"`nonlocal {name}`"
-            return f"`{name}` is a variable of `{outer.name}`: begin `{inner[0].name}`, which sets it, with {first}."
-    if any(map(any, (_stores(function, name) for function in functions(tree)))):
-        return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
-    for each in ast.walk(tree):
-        methods = list(functions(each)) if isinstance(each, ast.ClassDef) else []
-        setting = [method.name for method in methods if _stores(method, name)]
-        if "__init__" in setting and len(setting) > 1:
-            return (
-                f"`{name}` is a local variable of `__init__`, gone when `__init__` returns: use `self.{name}` in every "
-                "method."
-            )
-    return ""
-
-
-def _stores(function: ast.AST, name: str) -> list[bool]:
-    """Return, for each place that sets a name in a function, whether it is in a branch or a loop."""
-    inside = (node for node in ast.walk(function) if isinstance(node, (ast.If, ast.For, ast.While, ast.Try)))
-    may_run = {id(node) for block in inside for node in ast.walk(block)}
-    return [
-        id(node) in may_run
-        for node in ast.walk(function)
-        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
-    ]
-
-
-def _no_such_class(found: re.Match[str], source: str) -> str:
-    name, module = found[1], found[2]
-    if wrong := wrong_import(module, name, source):
-        return wrong
-    try:
-        names = [each for each in dir(importlib.import_module(module)) if not each.startswith("_")]
-    except ImportError:
-        names = []
-    of_types = module.rpartition(".")[2] in ("msg", "srv", "action")
-    known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
-    near = difflib.get_close_matches(name, known, 1)
-    meant = f" Did you mean `{near[0]}`?" if near else ""
-    if module.split(".")[0] == COURSE and name not in near and (place := _module_with(name)):
-        return f"{name} is in {place}: write `from {place} import {name}`."
-    if not of_types:
-        elsewhere = not near and module.split(".")[0] != COURSE  # a page's own names are all known here
-        return f"{module} has no {name}{': look for the module that has it.' if elsewhere else '.'}{meant}"
-    return (
-        f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
-    )
-
-
-def _module_with(name: str) -> str:
-    """Return the course's module from which pages import `name`; '' if there is none."""
-    for module in USUAL:
-        with contextlib.suppress(ImportError):
-            if hasattr(importlib.import_module(module), name):
-                return module
-    return ""
-
-
-def _is_a_module(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a module that is used as if it were the function or the class of its name."""
-    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Import))
-    for alias in (each for node in imports for each in node.names):
-        name = alias.asname or alias.name
-        if re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", code):
-            inside = dir(sys.modules.get(alias.name))
-            last = alias.name.rpartition(".")[2]
-            meant = last if last in inside else next((each for each in inside if each.lower() == last.lower()), "")
-            how = f": write `from {alias.name} import {meant}`." if meant else ", not a function or a class."
-            return f"`{name}` is the module {alias.name}{how}"
-    return ""
-
-
 def _method_indexed(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on square brackets after a method of the session, `ros.nodes["/a"]`."""
     named = re.findall(r"\bros\.(\w+)\[", code)
     return f"`ros.{named[0]}` is a method: call it with round brackets, `ros.{named[0]}(...)`." if named else ""
-
-
-def _of_the_course(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on an argument for a function of the course that takes none."""
-    return f"`course.{found[1]}()` takes no argument." if f"course.{found[1]}(" in code else ""
-
-
-COURSE = "course"
-USUAL = (  # the modules that the pages import from
-    "course.recorders",
-    "course.figures",
-    "course.notebook.terminal",
-    "course.notebook.judging",
-    "course.notebook.mutants",
-    "course.world.node",
-    "course.world.practice",
-    "course.robot.agent",
-    "course.robot.driver",
-    "course.robot.sectors",
-    "course.nodes.arm",
-    "course.interfaces",
-)
-
-
-def _not_a_message(found: re.Match[str], source: str) -> str:
-    module, name = found[1], found[2]
-    try:
-        fields = list(getattr(importlib.import_module(module), name).get_fields_and_field_types())
-    except (ImportError, AttributeError):
-        fields = []
-    how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else ", and set its fields"
-    return f"`publish` takes a message of the topic's type. Create a {name}{how}."
 
 
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
@@ -644,15 +295,6 @@ def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
     if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
         return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
     return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
-
-
-def _type_for_goal(found: re.Match[str], source: str) -> str:
-    """Return the hint on `Fibonacci(order=5)`, the type of an action or a service in place of its goal or request."""
-    for part in ("Goal", "Request"):
-        if found[2] in _fields(found[1], part, source):
-            what = "an action, and a goal" if part == "Goal" else "a service, and a request"
-            return f"`{found[1]}` is the type of {what} of it is `{found[1]}.{part}({found[2]}=...)`."
-    return ""
 
 
 def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
@@ -666,54 +308,6 @@ def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
     ]
     name = cells.check_meant([name], known) or name
     return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
-
-
-def _not_imported(name: str, source: str) -> bool:
-    """Return True if a name is not that of an attribute, but of what makes its value, or of one of Python's modules.
-
-    As in `self.time = time.monotonic()`, in a program without `import time`.
-    """
-    tree = parse(source)
-    module = sys.modules.get(name) if name in sys.stdlib_module_names else None
-    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
-    if module and any(hasattr(module, each) for each in used):
-        return True
-    makes = [
-        node.value
-        for function in functions(tree)
-        if name not in {each.arg for each in function.args.args}
-        for node in ast.walk(function)
-        if isinstance(node, ast.Assign) and f"self.{name}" in map(ast.unparse, node.targets)
-    ]
-    return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in ast.walk(value))
-
-
-def _own_attribute(found: re.Match[str], source: str) -> str:
-    name = found[1]
-    if name == "ros" and "rclpy.init(" in source:
-        return (
-            "A file is a program of its own, without the session `ros`: its `main()` creates the node and spins it, "
-            "and the file ends with `if __name__ == '__main__': main()`."
-        )
-    owner = _holder(name, source)
-    if re.search(rf"\bself\.{name}\b", source) and not _not_imported(name, source):
-        return f"An attribute of the node needs `{owner}.`: write `{owner}.{name}`."
-    if name in methods(source):
-        return f"`{name}` is a method of the node: write `{owner}.{name}`."
-    for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`
-        if not path.stem.isidentifier():
-            continue
-        with contextlib.suppress(OSError, ValueError):
-            text = read_regular(path, MOST).decode(errors="replace")
-            if not re.search(rf"^class {name}\b", text, re.MULTILINE):
-                continue
-            if not node_classes(parse(text)) and "rclpy" not in text:
-                return f"`{name}` is a class of the file {path.name}: `from {path.stem} import {name}`."
-            return (
-                f"`{name}` is a class of the file {path.name}, which runs as a program of its own: "
-                f"`ros.start('{path.name}')`."
-            )
-    return ""
 
 
 def _after_the_shutdown(source: str) -> str:
@@ -757,20 +351,6 @@ def _follows_the_shutdown(code: str, source: str) -> bool:
         if any(end < line for end in ends for line in lines):
             return True
     return False
-
-
-def _holder(name: str, source: str) -> str:
-    """Return what holds the node where a name of it is used alone: `self`, or a variable of a function such as main."""
-    tree = parse(source)
-    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
-    for function in functions(tree):
-        inside = [*ast.walk(function)]
-        if "self" in (each.arg for each in function.args.args) or name not in map(name_of, inside):
-            continue
-        for node in inside:
-            if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) in classes:
-                return ast.unparse(node.targets[0])
-    return "self"
 
 
 def _still_none(found: re.Match[str], source: str, code: str) -> str:
@@ -829,25 +409,6 @@ def _future_used(found: re.Match[str], source: str, code: str) -> str:
 
 
 OF_PYTHON = {"true": "True", "false": "False", "null": "None", "none": "None"}
-OF_GOALS = {"ServerGoalHandle": ServerGoalHandle, "ClientGoalHandle": ClientGoalHandle, "GoalStatus": GoalStatus}
-MEANT = {  # where the most similar name is not the one that is meant, or there is none
-    ("ClientGoalHandle", "cancel"): "cancel_goal_async",
-    ("ServerGoalHandle", "is_canceled"): "is_cancel_requested",
-    ("ServerGoalHandle", "is_cancelled"): "is_cancel_requested",
-    ("ServerGoalHandle", "cancelled"): "canceled",
-}
-
-
-def _of_a_goal_handle(found: re.Match[str], source: str) -> str:
-    """Return the hint on an attribute that a goal handle, or the table of goals' states, does not have."""
-    kind, name = found[1], found[2]
-    if kind == "ServerGoalHandle":
-        for call in calls(parse(source), "ActionServer"):
-            if name in _fields(name_of(argument(call, 1, "action_type")), "Goal", source):
-                return f"The fields of the goal are in its `request`: `goal_handle.request.{name}`."
-    known = [each for each in dir(OF_GOALS[kind]) if not each.startswith("_")]
-    near = [MEANT[kind, name]] if (kind, name) in MEANT else difflib.get_close_matches(name, known, 1, 0.7)
-    return f"Did you mean `{near[0]}`?" if near else ""
 
 
 def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
@@ -863,29 +424,6 @@ def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
         "Arrays are combined with `&` and `|`, not with `and`, `or` or `low <= a <= high`, and each comparison needs "
         "brackets: `(low <= a) & (a <= high)`."
     )
-
-
-PARTS_OF_TYPES = ("Request", "Response", "Goal", "Result", "Feedback")
-
-
-def _by_name(found: re.Match[str], source: str) -> str:
-    used = getattr(sys.modules.get("__main__"), "Parameter", None)
-    imported = re.search(r"from rcl_interfaces\.msg import (?:\*|.*\bParameter\b)", source)
-    if found[1] == "Parameter" and (imported or getattr(used, "__module__", "").startswith("rcl_interfaces.")):
-        return (
-            "`Parameter` is the message of rcl_interfaces.msg here, which hides rclpy's class of that name: import "
-            "from there only what you need, without `*`, and then `from rclpy.parameter import Parameter`."
-        )
-    if fields := _fields(found[1], "", source):
-        return f"A message takes its fields by name: `{found[1]}({fields[0]}=...)`."
-    message, _, part = found[1].rpartition("_")
-    if message and part in PARTS_OF_TYPES:
-        if fields := _fields(message, part, source)[: int(found[2]) - 1]:
-            named_there = ", ".join(f"{each}=..." for each in fields)
-            return f"A message takes its fields by name: `{message}.{part}({named_there})`."
-        how = f"`{message}.{part}(field=...)`: `ros2 interface show` shows its fields."
-        return f"A message takes its fields by name, {how}"
-    return ""
 
 
 def _not_declared(found: re.Match[str], source: str) -> str:
@@ -1032,29 +570,6 @@ def _of_nothing(function: str, default: str, source: str) -> str:
     return f"There are no values to choose from. Ask for that before you call `{function}`: what should happen then?"
 
 
-def _outside_of_its_class(found: re.Match[str], source: str) -> str:
-    """Return the hint on a method that is written outside of its class, or inside another method."""
-    if f"class {found[1]}" not in source:
-        return ""
-    if not (place := outside_of_its_class(found[2], source)):
-        return _own_function(found[2], source)
-    line, around = place
-    where = f"inside of `{around}`" if around else "outside of the class"
-    return f"`def {found[2]}(self, ...)` in line {line} stands {where}: indent it as the methods of {found[1]}."
-
-
-def _own_function(name: str, source: str) -> str:
-    """Return the hint on a function of the whole text that is called as if it were a method: `self.nearest(...)`."""
-    made = [each for each in parse(source).body if isinstance(each, ast.FunctionDef) and each.name == name]
-    is_set = re.search(rf"\bself\.{name}\s*=[^=]", source)
-    if not made or is_set or not re.search(rf"\bself\.{name}\b", source):
-        return ""
-    return (
-        f"`{name}` is a function outside of the class (line {made[0].lineno}), and no method: call it without `self.`, "
-        f"`{name}(...)`."
-    )
-
-
 def _destroyed(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that uses something which the program has destroyed, by itself or with its node."""
     tree = parse(source)
@@ -1092,33 +607,6 @@ def _hides_of_a_node(found: re.Match[str], source: str) -> str:
 HIDES = "Line {}, `self.{} = ...`, overwrites an attribute of rclpy's node: choose another name."
 
 
-def _is_module(found: re.Match[str], source: str) -> str:
-    package = found[1].split(".")[0]
-    if found[1] == f"{package}.py":
-        return f"An import names a module without `.py`: `{package}`."
-    if package == COURSE and "." in found[1]:
-        near = difflib.get_close_matches(found[1], USUAL, 1)
-        return f"Did you mean `{near[0]}`?" if near else ""
-    if "." in found[1] and (hidden := hidden_by_file(found, source)):
-        return hidden
-    if wrong := wrong_import(found[1], "", source):
-        return wrong
-    if is_there(package):
-        return ""
-    stem = package.removesuffix("_interfaces")
-    if stem != package and (there := [each for each in (f"{stem}_srvs", f"{stem}_msgs") if is_there(each)]):
-        return f"There is no package {package}: did you mean {' or '.join(f'`{each}`' for each in there)}?"
-    if package.endswith("_interfaces") or package == "my_package":
-        return f"{package} is not built here: run the cell that builds it, with `%%exercise` or `build(...)`."
-    for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell
-        with contextlib.suppress(OSError, ValueError):
-            if f'"%%exercise {package}.py' in read_regular(notebook, MOST).decode(errors="replace"):
-                return f"{package}.py is not in this folder yet: run the cell `%%exercise {package}.py` first."
-    if near := difflib.get_close_matches(package, [path.stem for path in Path().glob("*.py")], 1, OWN_FILE):
-        return f"This folder has {near[0]}.py, but no {package}.py: did you mean `{near[0]}`?"
-    return ""
-
-
 def _says(text: str) -> Callable[[re.Match[str], str], str]:
     """Return a hint with a fixed text."""
     return lambda found, source: text
@@ -1126,7 +614,7 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 
 # Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
-    (r"'(\w+)' object has no attribute '(\w+)'", _outside_of_its_class),
+    (r"'(\w+)' object has no attribute '(\w+)'", written_outside),
     (r"'(\w+)' object has no attribute '(\w+)'$", never_set),
     (
         r"'ServerGoalHandle' object has no attribute '(?:cancel|cancel_goal|set_canceled|set_cancelled)'",
@@ -1144,11 +632,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"module '(\w+)' has no attribute|cannot import name '\w+' from '(?!\w+\.(?:srv|msg|action))(\w+)'",
         hidden_by_file,
     ),
-    (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", _wrapped),
-    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", _unknown_field),
-    (r"'(\w+)' object has no attribute '(\w+)'", _no_such_field),
-    (r"'(\w+)' field must be of type '(float|int|str|bool)'", _wrong_type),
-    (r"'(\w+)' field must be a sub message of type '(\w+)'", _sub_message),
+    (r"'(\w+)_(GetResult_Response|FeedbackMessage)' object has no attribute '(\w+)'", wrapped),
+    (r"'(\w+)_(Request|Response|Goal|Result|Feedback)' object has no attribute '(\w+)'", unknown_field),
+    (r"'(\w+)' object has no attribute '(\w+)'", no_such_field),
+    (r"'(\w+)' field must be of type '(float|int|str|bool)'", wrong_type),
+    (r"'(\w+)' field must be a sub message of type '(\w+)'", sub_message),
     (r"'Future' object has no attribute '(?!add_done_callback)\w+'", _future),
     (
         r"descriptor '__init__' requires a 'super' object",
@@ -1162,7 +650,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
     (r"(?:type object '\w+'|'str' object) has no attribute 'default_callback_group'", order_of_arguments),
     (r"(\w+)\.(\w+)\(\) got an unexpected keyword argument '(\w+)'", unknown_keyword),
-    (r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'", _type_for_goal),
+    (r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'", type_for_goal),
     (
         r"^TypeError: RcutilsLogger\.(\w+)\(\) takes 2 positional arguments",
         lambda found, source: (
@@ -1187,7 +675,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "`call_async(...)`, but nothing from `asyncio`."
         ),
     ),
-    (r"UnboundLocalError: .*local variable '(\w+)'", _unbound),
+    (r"UnboundLocalError: .*local variable '(\w+)'", unbound),
     (
         r"'method' object does not support the context manager protocol|'\w+' object has no attribute 'pointer'",
         _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
@@ -1223,7 +711,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"call_async\(\) takes 2 positional arguments",
         _says("`call_async` takes one request, with the values in its fields: `TheType.Request(...)`."),
     ),
-    (r"(\w+)\.__init__\(\) takes 1 positional argument but (\d+)", _by_name),
+    (r"(\w+)\.__init__\(\) takes 1 positional argument but (\d+)", by_name),
     (
         r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object is not subscriptable",
         _says("The fields of a message are attributes: write `request.a`, not `request['a']`."),
@@ -1296,8 +784,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"object [A-Z]\w*_(?:Response|Request|Event) can't be used in 'await'",
         _says("Await the future of `call_async(...)`; `call(...)` returns the response directly."),
     ),
-    (r"No module named '([\w.]+)'", _is_module),
-    (r"cannot import name '(\w+)' from '([\w.]+)'", _no_such_class),
+    (r"No module named '([\w.]+)'", is_module),
+    (r"cannot import name '(\w+)' from '([\w.]+)'", no_such_class),
     (r"ZeroDivisionError", _divisor),
     (
         r"called for existing topic name rt(/\S+) with incompatible type",
@@ -1315,7 +803,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"'NoneType' object does not support the context manager protocol", _init_as_context),
     (r"(\w+)\(\) takes no arguments", _no_constructor),
-    (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", _not_a_message),
+    (r"Expected <class '([\w.]+)\.(\w+)'>, got <class", not_a_message),
     (
         r"OverflowError: .*integer is (greater|less) than|must be an? (?:unsigned )?integer in \[",
         _says(
@@ -1357,13 +845,13 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             "`await` before `call_async(...)`."
         ),
     ),
-    (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", _of_a_goal_handle),
-    (r"type object '(GoalStatus)' has no attribute '(\w+)'", _of_a_goal_handle),
+    (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", of_a_goal_handle),
+    (r"type object '(GoalStatus)' has no attribute '(\w+)'", of_a_goal_handle),
     (
         r"name '(true|false|null|none)' is not defined",
         lambda found, source: f"In Python this is written `{OF_PYTHON[found[1]]}`.",
     ),
-    (r"name '(\w+)' is not defined", _own_attribute),
+    (r"name '(\w+)' is not defined", own_attribute),
     (r"^TypeError: ", unfit),
     (
         r"Couldn't parse (?:parameter override rule|params file)|UnknownROSArgsError",
@@ -1433,11 +921,11 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"list indices must be integers or slices, not str", list_of_parameters),
     (r"^IndexError", _beam),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
-    (NO_TEXT, _sent),
+    (NO_TEXT, sent),
     (r"cannot use Destroyable because destruction was requested", _destroyed),
-    (r"'module' object is not callable|module\(\) takes at most", _is_a_module),
+    (r"'module' object is not callable|module\(\) takes at most", is_a_module),
     (r"'method' object is not subscriptable", _method_indexed),
-    (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", _of_the_course),
+    (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", of_the_course),
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
     (r"'(\w+)' field must be of type", no_value),
     (r"field must be of type", _parameter_for_value),
@@ -1450,7 +938,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^RecursionError", _without_end),
     (r"^TypeError: ([\w.]*\w)\.(\w+)\(\) missing 1 required positional argument: '(?!self')", _of_the_class),
     (r"^KeyError: '([^']+)'$", _no_such_key),
-    (r"Invalid arguments passed to constructor: (\w+)", _no_such_argument),
+    (r"Invalid arguments passed to constructor: (\w+)", no_such_argument),
     (r"(Service|Action) classes can not be instantiated", type_for_part),
     (r"must be (?:a )?real number, not NoneType|not 'NoneType'|'NoneType'$", gave_nothing),
     (r"'(CancelResponse|GoalResponse)' object is not callable", _response_for_callback),

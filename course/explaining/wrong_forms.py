@@ -91,13 +91,6 @@ def _attribute_of_a_node(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-def _beginning_of_a_field(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a message's field of which only the beginning is written: `scan.angle_inc`."""
-    fields = _fields_of_a_message(found[1])
-    near = [each for each in fields if each.startswith(found[2])]
-    return f"Did you mean `{near[0]}`?" if len(near) == 1 else ""
-
-
 def _fields_of_a_message(name: str) -> list[str]:
     for module in MESSAGES:
         kind: Any = getattr(importlib.import_module(module), name, None)
@@ -243,6 +236,5 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", _of_the_handle),
     (r"'(\w+)' object has no attribute '(\w+)'", _of_the_client),
     (r"'(\w+)' object has no attribute '(\w+)'", _attribute_of_a_node),
-    (r"'(\w+)' object has no attribute '(\w+)'", _beginning_of_a_field),
     (r"^NameError: name '(\w+)' is not defined", _name),
 )

@@ -4,8 +4,8 @@ import ast
 from pathlib import Path
 
 from course.explaining.failure_report import frame_at, text_at
-from course.explaining.hints import EXITS, uncalled_main
 from course.explaining.mixups import assigned
+from course.explaining.outline import EXITS, uncalled_main
 from course.explaining.source import calls, functions, name_of, parse
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept

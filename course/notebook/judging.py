@@ -21,9 +21,9 @@ from course.errors import ExerciseError, LiveError, NodeFailed
 from course.explaining.doubts import long_limit, short_wait
 from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.explaining.hangs import NOT_SPUN, THREADS, beginning
-from course.explaining.hints import type_name as field_type
-from course.explaining.hints import uncalled_main
+from course.explaining.interface_parts import type_name as field_type
 from course.explaining.lines_that_wait import executor_threads, remark
+from course.explaining.outline import uncalled_main
 from course.explaining.source import (
     CALLBACKS,
     ONE_AT_A_TIME,

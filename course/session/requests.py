@@ -9,7 +9,7 @@ import yaml
 
 from course.errors import LiveError
 from course.explaining.arguments import half, type_of
-from course.explaining.hints import type_name
+from course.explaining.interface_parts import type_name
 
 REQUEST = "_Request"
 

@@ -48,6 +48,7 @@ KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argumen
         (OF_FLOAT.format("error"), "", "msg.error", ""),
         (OF_FLOAT.format("data"), CHECKS, "msg.data", ""),
         (OF_SCAN.format("angle_inc"), CHECKS, "scan.angle_inc", "Did you mean `angle_increment`?"),
+        (OF_SCAN.format("angle"), CHECKS, "scan.angle", "The message LaserScan has the fields header, angle_min, "),
         (OF_SCAN.format("rnages"), CHECKS, "scan.rnages", "Did you mean `ranges`?"),
         (KEYWORD.format("read_only"), "", "",
          "`read_only` is a field of the descriptor, the third argument: `ParameterDescriptor(read_only=...)`."),

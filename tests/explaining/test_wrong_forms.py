@@ -125,8 +125,6 @@ UNNAMED = "NameError: name '{}' is not defined"
             "ros.wait(future)",
             "and this is None.",
         ),
-        (NO_ATTRIBUTE.format("LaserScan", "angle_inc"), "", "scan.angle_inc", "Did you mean `angle_increment`?"),
-        (NO_ATTRIBUTE.format("LaserScan", "angle"), "", "scan.angle", ""),
         ("TypeError: 'LaserScan' object is not subscriptable", "", "distances['front']", "This is a whole message, a"),
         ("TypeError: 'WallAgent' object is not subscriptable", "", "distances['front']", ""),
         (

@@ -13,7 +13,7 @@ from typing import Any
 import yaml
 
 from course.errors import LiveError
-from course.explaining.hints import type_name
+from course.explaining.interface_parts import type_name
 from course.ros import messages
 
 WHOLE = {
