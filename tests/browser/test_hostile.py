@@ -21,7 +21,7 @@ from autograder.submissions import notebook
 from course.foundation.cells import Cell
 from course.returned import pages
 from course.returned.record import Mark
-from tests.browser.conftest import WAIT
+from tests.browser.conftest import WAIT, serving
 from tests.browser.pages import cell, choose, draws_within, mark, open_page, run_from_palette, show_panel
 from tests.lab.test_strange_names import MARKUP, STRANGERS
 
@@ -417,43 +417,59 @@ def course_of_one(course: Path) -> str:
         return submission.id
 
 
-def test_formgrader_shows_hostile_names_and_addresses_as_text(lab, page):
+@pytest.fixture
+def formgrader(tmp_path):
+    """A JupyterLab in the folder of a course with a hostile student: Formgrader's address, the token, a submission."""
+    course = tmp_path / "course"
+    number = course_of_one(course)
+    with serving(tmp_path, course) as (address, token):
+        yield f"{address}/formgrader", token, number
+
+
+def test_formgrader_shows_hostile_names_and_addresses_as_text(formgrader, page):
     """Its lists, its dialogs, the page for marks by hand, and a link that somebody has made for an instructor."""
-    address, token, folder = lab
-    number = course_of_one(folder / "course")
+    where, token, number = formgrader
     watch = Watch(page)
     page.route(
         "https://cdnjs.cloudflare.com/**", lambda route: route.abort()
     )  # the page for marks by hand loads MathJax
-    where = f"{address}/formgrader"
-    page.goto(f"{where}?token={token}&path={urllib.parse.quote(os.fspath(folder / 'course'))}")
-    try:
-        body = page.locator("body")
-        for path in ("manage_students", "manage_submissions/services"):
-            page.goto(f"{where}/{path}")
-            expect(page.locator("#main-table")).to_contain_text("<svg onload=")
-            expect(page.locator("#main-table")).to_contain_text(NAMED_BY_MARKUP)
-        page.route("**/autograde", lambda route: route.abort())
-        page.locator(".autograde a").click()
-        expect(page.locator(".modal-body")).to_contain_text(f"for student '{NAMED_BY_MARKUP}'")
-        for path in ("", "/services"):
-            page.goto(f"{where}/manage_students/{urllib.parse.quote(NAMED_BY_MARKUP)}{path}")
-            expect(page.locator(".breadcrumb")).to_contain_text(NAMED_BY_MARKUP)
-            expect(page.locator("#main-table")).to_contain_text("services")  # asked for by the student's name
-        page.goto(f"{where}/gradebook/services/services")
-        page.get_by_role("button", name="Show All Names").click()
-        expect(page.locator("a.name-shown")).to_contain_text("<svg onload=")
-        page.goto(f"{where}/submissions/{number}/")
-        expect(body).to_contain_text(END)
-        expect(body).to_contain_text("<svg onload=")
-        expect(page.locator("#why-comment")).to_have_value(EVIL + END)
-        for name in FILES:
-            assert page.goto(f"{where}/submissions/{number}/{name}").ok
-            assert END in page.content() and not page.evaluate("() => window.owned")
-        for path in ("manage_students/{}", "manage_submissions/{}", "gradebook/{}", "gradebook/services/{}"):
-            page.goto(f"{where}/{path}".format(urllib.parse.quote(f"</script><script>{RUN}<", safe="")))
-            expect(page.locator(".breadcrumb")).to_contain_text(f"<script>{RUN}<")
-            assert not page.evaluate("() => window.owned")
-    finally:
-        page.goto(where)  # with the course of JupyterLab's own folder, as before
+    page.goto(f"{where}?token={token}")
+    body = page.locator("body")
+    for path in ("manage_students", "manage_submissions/services"):
+        page.goto(f"{where}/{path}")
+        expect(page.locator("#main-table")).to_contain_text("<svg onload=")
+        expect(page.locator("#main-table")).to_contain_text(NAMED_BY_MARKUP)
+    page.route("**/autograde", lambda route: route.abort())
+    page.locator(".autograde a").click()
+    expect(page.locator(".modal-body")).to_contain_text(f"for student '{NAMED_BY_MARKUP}'")
+    for path in ("", "/services"):
+        page.goto(f"{where}/manage_students/{urllib.parse.quote(NAMED_BY_MARKUP)}{path}")
+        expect(page.locator(".breadcrumb")).to_contain_text(NAMED_BY_MARKUP)
+        expect(page.locator("#main-table")).to_contain_text("services")  # asked for by the student's name
+    page.goto(f"{where}/gradebook/services/services")
+    page.get_by_role("button", name="Show All Names").click()
+    expect(page.locator("a.name-shown")).to_contain_text("<svg onload=")
+    page.goto(f"{where}/submissions/{number}/")
+    expect(body).to_contain_text(END)
+    expect(body).to_contain_text("<svg onload=")
+    expect(page.locator("#why-comment")).to_have_value(EVIL + END)
+    for name in FILES:
+        assert page.goto(f"{where}/submissions/{number}/{name}").ok
+        assert END in page.content() and not page.evaluate("() => window.owned")
+    for path in ("manage_students/{}", "manage_submissions/{}", "gradebook/{}", "gradebook/services/{}"):
+        page.goto(f"{where}/{path}".format(urllib.parse.quote(f"</script><script>{RUN}<", safe="")))
+        expect(page.locator(".breadcrumb")).to_contain_text(f"<script>{RUN}<")
+        assert not page.evaluate("() => window.owned")
     assert not [seen for seen in watch.seen if "evil.example" in seen or "dialog" in seen or "popup" in seen]
+
+
+def test_formgrader_runs_no_configuration_of_another_folder(formgrader, page, tmp_path):
+    """As of one that was handed in, which a link or a picture in a notebook would name."""
+    where, token, _ = formgrader
+    folder, ran = tmp_path / "course/submitted/handed", tmp_path / "ran"
+    folder.mkdir(parents=True)
+    (folder / "nbgrader_config.py").write_text(f"open({os.fspath(ran)!r}, 'w').close()\n")
+    answer = page.goto(f"{where}?token={token}&path=submitted/handed")
+    assert answer.status == 403
+    expect(page.locator("body")).to_contain_text("Sorry")
+    assert not ran.exists()

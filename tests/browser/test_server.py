@@ -13,10 +13,10 @@ from tests.browser.pages import write_greeter
 TIME = WAIT / 1e3  # s
 
 
-def request(lab, path, body=None, *, token=True):
+def request(lab, path, body=None, *, token=True, **headers):
     """The status and the JSON of a request; of an answer in several lines, a list of them."""
     address, secret, _ = lab
-    headers = {"Authorization": f"token {secret}"} if token else {}
+    headers |= {"Authorization": f"token {secret}"} if token else {}
     data = None if body is None else json.dumps(body).encode()
     try:
         with urllib.request.urlopen(urllib.request.Request(address + path, data, headers), timeout=TIME) as answer:
@@ -56,6 +56,15 @@ def test_a_kernel_that_is_not_there_is_not_found(lab):
     with pytest.raises(websocket.WebSocketBadStatusException) as refused:
         connect(lab, "0b0e6f5c-0000-0000-0000-000000000000")
     assert refused.value.status_code == 404
+
+
+def test_a_picture_of_a_notebook_is_a_file_and_does_nothing_else(lab):
+    """The address of a picture may be any of the server's: one that ends the login, for example."""
+    (lab[2] / "picture.json").write_text("{}")
+    picture = {"Sec-Fetch-Dest": "image"}  # as a browser says it
+    assert request(lab, "/files/picture.json", **picture) == (200, {})
+    assert [request(lab, path, **picture)[0] for path in ("/logout", "/api/contents")] == [403, 403]
+    assert request(lab, "/api/contents")[0] == 200
 
 
 @pytest.mark.parametrize("path", ["/course/hand-in", "/course/exercise", "/course/exercise/reset"])

@@ -1,8 +1,9 @@
-"""nbgrader's Formgrader shows names as text, and files that were handed in have no rights in it.
+"""nbgrader's Formgrader shows names as text, files that were handed in have no rights in it, and it runs none of them.
 
 nbgrader 0.9 puts names and the parts of an address into its pages as they are, so that a link, or a student whose name
 or folder is HTML, would run a script with the rights of the instructor who looks. So would a drawing (SVG) beside a
-handed-in notebook that links to it. And it puts the server's folder first on the path of all modules.
+handed-in notebook that links to it.  It would run the `nbgrader_config.py` of whatever folder an address names, such as
+a student's.  And it puts the server's folder first on the path of all modules.
 """
 
 import html
@@ -12,7 +13,7 @@ from typing import Any
 
 from jinja2 import Environment, FileSystemLoader
 from nbconvert.exporters import HTMLExporter
-from tornado.web import Application
+from tornado.web import Application, HTTPError
 
 from course.notebook import own_path
 
@@ -56,12 +57,20 @@ def confine(handler: Any, path: str) -> None:
 
 
 def guard() -> None:
-    """Have Formgrader, which is not loaded yet, make its pages so, and give out files so."""
+    """Have Formgrader, which is not loaded yet, make its pages so, give out files so, and stay in its course."""
     from nbgrader.server_extensions.formgrader import handlers
     from nbgrader.server_extensions.formgrader.formgrader import FormgradeExtension
 
     own_path.keep_path()
     handlers.SubmissionFilesHandler.set_extra_headers = confine
+    show = handlers.FormgraderHandler.get
+
+    def get(handler: handlers.FormgraderHandler) -> None:
+        if handler.get_argument("path", ""):
+            raise HTTPError(403, "Formgrader shows the course of the folder in which JupyterLab was started, no other")
+        show(handler)
+
+    handlers.FormgraderHandler.get = get
     begin = FormgradeExtension.init_tornado_settings
 
     def init_tornado_settings(extension: FormgradeExtension, application: Application) -> None:

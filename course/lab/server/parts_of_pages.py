@@ -1,0 +1,25 @@
+"""What a page loads as a part of itself, such as a picture, is a file: any other address is refused.
+
+A notebook that was handed in may have pictures, sounds and styles at any address of the server of whoever opens it.
+Without this, some of these addresses would act as soon as it is looked at: `/logout` ends the login.
+"""
+
+from collections.abc import Awaitable
+
+from jupyter_server.base.handlers import JupyterHandler
+from tornado import web
+
+PARTS = {"audio", "embed", "font", "image", "object", "style", "track", "video"}  # of "Sec-Fetch-Dest", by browsers
+
+
+def guard() -> None:
+    """Have all handlers of this server refuse it."""
+    begin = JupyterHandler.prepare
+
+    def prepare(handler: JupyterHandler, **options: bool) -> Awaitable[None] | None:
+        wanted = handler.request.headers.get("Sec-Fetch-Dest")
+        if wanted in PARTS and not isinstance(handler, web.StaticFileHandler):
+            raise web.HTTPError(403, f"{handler.request.path} is not a file, so no part of a page is loaded from it")
+        return begin(handler, **options)
+
+    JupyterHandler.prepare = prepare
