@@ -30,6 +30,7 @@ from course.foundation import cells
 from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
 from course.notebook.file_record import note_checked
+from course.notebook.folder_modules import add_folder
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.guards import say
 
@@ -65,7 +66,7 @@ def load_ipython_extension(shell: "InteractiveShell") -> None:
     os.environ.setdefault("PYTHON_COLORS", "0")
     kept.use(Path())  # makes the folder's packages importable before there is a session
     if sys.flags.safe_path and "" not in sys.path:
-        sys.path.append("")  # the kernel's folder comes last: its files must not hide installed modules
+        add_folder(CHECK)
     shell.register_magic_function(_misspelt, magic_kind="line", magic_name="%exercise?")  # type: ignore[call-arg, arg-type]
     shell.input_transformers_cleanup.append(_whole_cell)
     if shell.display_formatter:

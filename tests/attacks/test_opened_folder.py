@@ -16,10 +16,15 @@ from tests.kernels import Kernel
 NAMES = [
     "appnope",
     "argcomplete",
+    "atomicwrites",
+    "colorama",
     "comm",
     "course",
+    "ctags",
     "debugpy",
     "decorator",
+    "django",
+    "future_builtins",
     "ipykernel",
     "ipykernel_launcher",
     "IPython",
@@ -27,7 +32,9 @@ NAMES = [
     "jedi",
     "matplotlib",
     "nbgrader_config",
+    "numpydoc",
     "rclpy",
+    "regex",
     "sitecustomize",
     "tornado",
     "traitlets",
@@ -44,6 +51,12 @@ def folder(tmp_path) -> Path:
     for name in NAMES:
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'a').write({name!r} + chr(10))\n")
     (tmp_path / "wall_agent.py").write_text("answer = 42\n")
+    (tmp_path / "asked.py").write_text("answer = 1\n")
+    (tmp_path / "asks.py").write_text("from asked import answer\n")
+    (tmp_path / "magic.py").write_text(
+        "def load_ipython_extension(shell):\n"
+        "    shell.register_magic_function(lambda line: print('said'), magic_name='magic_word')\n"
+    )
     return tmp_path
 
 
@@ -63,9 +76,16 @@ def test_a_kernel_takes_nothing_from_its_folder_but_what_a_cell_asks_for(folder)
     try:
         for ask in (kernel.client.complete, kernel.client.inspect):
             ask("import os\nos.pa", 15, reply=True, timeout=60)
+        kernel.client.complete("from colorama import ", reply=True, timeout=60)
+        kernel.client.inspect("print", 5, 1, reply=True, timeout=60)
         assert kernel.run("import course, typing, zmq\nprint(typing.Any)") == "typing.Any"
+        kernel.run("ros = course.live()\ncourse.check()")
         assert ran(folder) == ""
         assert kernel.run("import wall_agent\nprint(wall_agent.answer)") == "42"
+        assert (
+            kernel.run("import asks, importlib\nprint(importlib.import_module('asked').answer, asks.answer)") == "1 1"
+        )
+        assert kernel.run("%load_ext magic\n%magic_word") == "said"
     finally:
         kernel.stop()
     assert ran(folder) == ""

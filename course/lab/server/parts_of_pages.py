@@ -4,8 +4,6 @@ A notebook that was handed in may have pictures, sounds and styles at any addres
 Without this, some of these addresses would act as soon as it is looked at: `/logout` ends the login.
 """
 
-from collections.abc import Awaitable
-
 from jupyter_server.base.handlers import JupyterHandler
 from tornado import web
 
@@ -16,10 +14,10 @@ def guard() -> None:
     """Have all handlers of this server refuse it."""
     begin = JupyterHandler.prepare
 
-    def prepare(handler: JupyterHandler, **options: bool) -> Awaitable[None] | None:
+    async def prepare(handler: JupyterHandler, **options: bool) -> None:
         wanted = handler.request.headers.get("Sec-Fetch-Dest")
         if wanted in PARTS and not isinstance(handler, web.StaticFileHandler):
             raise web.HTTPError(403, f"{handler.request.path} is not a file, so no part of a page is loaded from it")
-        return begin(handler, **options)
+        await begin(handler, **options)
 
-    JupyterHandler.prepare = prepare
+    JupyterHandler.prepare = prepare  # type: ignore[method-assign, assignment]
