@@ -127,19 +127,27 @@ def test_parameters_are_set_and_followed_whoever_sets_them(kernel, page):
 
 
 def test_a_drive_in_a_cell_is_seen_and_cannot_be_changed(kernel, page):
+    """Also when it is over: the room is not that of a world before it."""
     page.subscribe("robot")
+    kernel.run("ros.start(World, parameters={'room': 'hall'})")
+    shown_until(page, lambda known: (known.get("room") or {}).get("name") == "hall")
     kernel.run(
         "from course.nodes.ai_robot_controller import AIRobotController\n"
         "world = ros.start(World, parameters={'room': 'pillars', 'fast': True})\n"
         "ros.start(AIRobotController, parameters={'use_sim_time': True})"
     )
     nodes = {"sees": ["/world"], "drives": ["/ai_robot_controller"]}
-    known = shown_until(page, lambda known: known.get("nodes") == nodes)
+    known = shown_until(page, lambda known: known.get("nodes") == nodes and known.get("room"))
     assert known["room"]["name"] == "pillars"
     kernel.run("driven = world.node.drive(15.0, answer_within=30.0)")
     shown_until(page, lambda known: known.get("robot"))
     assert "fast mode" in page.ask("robot.place", x=3.0, y=3.0, heading=0.0)["error"]
     assert kernel.run("print(driven.missed, len(driven.collisions))") == "0 0"
+    kernel.run("ros.stop('world')")
+    known = shown_until(page, lambda known: known.get("nodes", nodes)["sees"] == [])
+    assert "room" not in known
+    kernel.run("ros.start(World, parameters={'room': 'hall'})")
+    shown_until(page, lambda known: (known.get("room") or {}).get("name") == "hall")
 
 
 def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):

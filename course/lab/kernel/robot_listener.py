@@ -36,7 +36,7 @@ from course.session.live import Session
 from course.session.logs import Entry, decoded
 from course.world.controls import LATCHED
 from course.world.node import World, latest, watchers
-from course.world.simulation import advance
+from course.world.simulation import Simulation, advance
 
 NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 LOOK = 0.5  # s between two looks for publishers
@@ -76,6 +76,7 @@ class RobotListener:
         self.commanders: list[str] = []  # the publishers of commands, without the pad
         self._cells = 0  # cells' publishers of commands at the last look
         self._last: dict[str, bytes] = {}
+        self._fast: Simulation | None = None  # of the last world in fast mode, until one shows its walls
         self._poses: deque[bytes] = deque(maxlen=SCANS)  # the last odometry
         self._commanded = -math.inf  # when the last command came, s of time.monotonic
         self._driven = -math.inf  # when one came that was not the pad's, or somebody came who may send one
@@ -93,6 +94,7 @@ class RobotListener:
         if world.context is self.live.context:
             self._looked = -math.inf
             self.look()
+            self._fast_simulation()
 
     def look(self) -> None:
         """Update the list of publishers, at most twice a second, and subscribe to them."""
@@ -207,6 +209,15 @@ class RobotListener:
             return world
         return None
 
+    def _fast_simulation(self) -> Simulation | None:
+        """Return the simulation of the world in fast mode that there is, or was last if none has shown its walls since.
+
+        Its last scan is still drawn when it has ended, and belongs into its room.
+        """
+        if world := self.fast_world():
+            self._fast = world.simulation
+        return self._fast
+
     def _forget_hits(self, until: float) -> None:
         """Forget the collisions received before `until` (s of time.monotonic), which belong to an earlier world."""
         self._hits = deque((hit for hit in self._hits if hit.heard >= until), maxlen=HITS)
@@ -217,6 +228,8 @@ class RobotListener:
             self.count[topic] += 1
             if topic == "/odom":
                 self._poses.append(message)
+            elif topic == "/walls":
+                self._fast = None
             elif topic == "/cmd_vel":
                 self._commanded = time.monotonic()
                 if not self._is_pads(message):
@@ -284,8 +297,8 @@ class RobotListener:
 
     def collisions(self) -> dict[str, Any]:
         """Return the collisions since the robot was put at its start: number, last one's text, places [x m, y m]."""
-        if world := self.fast_world():
-            texts = [str(each) for each in list(world.simulation.collisions)]
+        if simulation := self._fast_simulation():
+            texts = [str(each) for each in list(simulation.collisions)]
             hits = [(text, _place(text)) for text in texts]
         else:
             hits = [(hit.text, hit.place) for hit in self._hits.copy() if hit.at >= self.began]
@@ -302,8 +315,8 @@ class RobotListener:
 
         A world of this kernel in fast mode publishes no walls; they are taken from its room.
         """
-        if world := self.fast_world():
-            room = world.simulation.room
+        if simulation := self._fast_simulation():
+            room = simulation.room
             return room, room.name, [round(float(value), 2) for value in room.segments.reshape(-1)]
         if "/walls" not in self._last:
             return None, "", []
