@@ -34,6 +34,13 @@ def may_serve(source: str, service: str) -> bool:
     return "/_action/" in service or not (others or _has_none(source, "create_service"))
 
 
+def may_act(source: str, action: str) -> bool:
+    """Return False if a program's text shows that it has no action server of that name."""
+    tree = parse(source)
+    none = bool(source) and not list(calls(tree, "ActionServer")) and not _own_modules(tree)
+    return not (none or other_names(source, "ActionServer", action))
+
+
 def services_made(source: str) -> list[str] | None:
     """Return the services that a program can make by its text, as written there; None if it may make any.
 

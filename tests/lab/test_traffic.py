@@ -176,6 +176,27 @@ def test_a_call_that_a_cell_sends_by_a_node_of_its_own_is_the_nodes(kernel, page
     kernel.run("ros.stop('asker')")
 
 
+def test_a_call_is_over_although_its_executor_and_its_node_end_at_once(kernel, page):
+    """As in a cell that spins for each call, and then destroys its node: nothing runs the future's callbacks."""
+    kernel.run(
+        "from rclpy.executors import SingleThreadedExecutor\n"
+        "for number in (1, 2):\n"
+        "    own = Node(f'own_{number}', context=ros.context)\n"
+        "    executor = SingleThreadedExecutor(context=ros.context)\n"
+        "    client = own.create_client(AddTwoInts, '/add_two_ints')\n"
+        "    executor.add_node(own)\n"
+        "    client.wait_for_service()\n"
+        "    future = client.call_async(AddTwoInts.Request(a=4, b=number))\n"
+        "    if number == 1:\n"
+        "        executor.spin_until_future_complete(future)\n"
+        "    own.destroy_node()"
+    )
+    exchange = events(kernel, name="/add_two_ints", by="/own_1", state="over")
+    assert [text for *_, text in exchange["events"]] == ["a: 4\nb: 1", "sum: 5"]
+    exchange = events(kernel, name="/add_two_ints", by="/own_2", state="failed")
+    assert exchange["failed"] == "the client was destroyed before a response came"
+
+
 def test_a_call_without_an_answer_says_why(kernel, page):
     kernel.run("from std_srvs.srv import Trigger\nros.call('/stuck', Trigger, timeout=0.3)")
     assert "/stuck did not answer within 0.3 s" in events(kernel, name="/stuck", state="failed")["failed"]

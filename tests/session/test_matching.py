@@ -24,7 +24,7 @@ from course.session import guards, live, matching
 from course.session.live import TELLING, Session
 from course.session.matching import unfit_service, unfit_topics, unlike_clients
 from course.session.no_world import no_world
-from course.session.offered import may_serve
+from course.session.offered import may_act, may_serve
 from course.world.node import World
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -118,6 +118,19 @@ def test_a_client_of_another_type_than_the_server_is_told_after_a_wait_in_vain(s
 )
 def test_a_program_that_has_died_is_the_cause_only_if_it_may_have_served_this(service, source, may):
     assert may_serve(source, service) is may
+
+
+@pytest.mark.parametrize(
+    ("source", "may"),
+    [
+        ("ActionServer(self, Lift, '/lift', self.execute)", True),
+        ("ActionServer(self, Lift, '/left', self.execute)", False),
+        ("from rclpy.action import ActionServer\nclass Lift(Node):\n    pass\n", False),
+        ("", True),
+    ],
+)
+def test_a_program_that_has_died_is_the_cause_only_if_it_may_have_had_this_action(source, may):
+    assert may_act(source, "/lift") is may
 
 
 def test_what_keeps_a_publisher_from_its_subscription(session):

@@ -23,6 +23,7 @@ from course.recorders import GoalRecorder
 from course.ros.names import is_hidden
 from course.ros.rclpy_internals import RCLError, destroy, unwatched
 from course.session.live import Session
+from course.session.offered import may_act
 
 MATCH = 2.0  # s that a new publisher may take to match the topic's subscriptions
 RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a lost acknowledgement
@@ -221,7 +222,9 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
             if not live.ok:
                 raise CourseError("the session has ended before the goal")
             if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
-                report = live.watch.reason(f"{name}/_action/send_goal", lambda handle: True, again=True)
+                report = live.watch.reason(
+                    f"{name}/_action/send_goal", lambda handle: may_act(handle.source, name), again=True
+                )
                 raise CourseError(f"the action server of {name} has gone: no result will come.\n{report or ''}".strip())
             if sent.cancel_unanswered.is_set() and not wait_until(
                 lambda: not sent.cancel_unanswered.is_set() or sent.ended.is_set(), CANCEL

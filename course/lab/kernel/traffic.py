@@ -92,6 +92,7 @@ class Traffic:
         self._seen: dict[tuple[bytes, int], None] = {}  # all calls of other programs, finished ones included
         self._unseen: set[str] = set()  # services without introspection at the last look
         self._goals: dict[bytes, _Goal] = {}
+        self._asked: dict[Future, tuple[Exchange, Client]] = {}  # requests of this kernel that are not finished
         self._lock = threading.Lock()
         self._noting = threading.Lock()  # protects the goals, which are sent in other threads
         full = (live.node.get_name(), live.node.get_namespace())
@@ -112,6 +113,7 @@ class Traffic:
             while self._incoming:
                 self._read(*self._incoming.popleft())
             self._look_after_servers()
+            self._look_after_requests()
 
     def close(self) -> None:
         """Undo all changes, except that an introspected service stays so until its node ends."""
@@ -281,9 +283,22 @@ class Traffic:
         kind: Any = client.srv_type
         exchange = keep(Exchange("service", client.service_name, type_name(kind), _sender(client)))
         exchange.add("request", request, at)
-        future.add_done_callback(lambda done: self._answered(exchange, done))
+        self._asked[future] = exchange, client
+        future.add_done_callback(self._answered)
 
-    def _answered(self, exchange: Exchange, future: Future) -> None:
+    def _look_after_requests(self) -> None:
+        """End the exchanges whose future has nobody left to run its callbacks: its executor, or its client, is gone."""
+        for future, (exchange, client) in list(self._asked.items()):
+            if future.done():
+                self._answered(future)
+            elif not _exists(client):
+                exchange.end("the client was destroyed before a response came")
+                self._asked.pop(future, None)
+
+    def _answered(self, future: Future) -> None:
+        if (asked := self._asked.pop(future, None)) is None:
+            return
+        exchange, _ = asked
         if future.cancelled() or (failed := future.exception()):
             exchange.end("it was canceled" if future.cancelled() else str(failed))
             return
@@ -360,6 +375,15 @@ def _remember(known: dict[Any, Any], key: object, value: object, most: int = OPE
     known[key] = value
     while len(known) > most:
         del known[next(iter(known))]
+
+
+def _exists(client: Client) -> bool:
+    """Return False if a client was destroyed."""
+    try:
+        with client.handle:
+            return True
+    except InvalidHandle:
+        return False
 
 
 def _sender(client: Client | ActionClient) -> str:
