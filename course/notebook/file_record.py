@@ -64,6 +64,13 @@ def note_written(file: Path, content: bytes) -> None:
     _note(file.parent, WRITTEN, file.name, now)
 
 
+def note_reset(file: Path, content: bytes) -> None:
+    """Note that the cell of `file` was given back `content` on purpose, though it may have written it earlier."""
+    known = earlier(file.parent, file.name)
+    if (meant := digest(content)) in known:
+        _note(file.parent, EARLIER, file.name, [each for each in known if each != meant])
+
+
 def note_checked(folder: Path, check: str, files: list[str], *, passed: bool) -> None:
     """Note that the check called `check` has judged the files of `folder` with these names as they are now."""
     digests = {name: digest_of(folder / name) for name in files}

@@ -116,7 +116,10 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
 def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
     panel = begin(page, lab, "reset")
     folder = lab[2] / "reset/greeter"
-    type_answer(page, SERVER)
+    for text in (STUB, SERVER):
+        type_answer(page, text)
+        panel.get_by_role("button", name="Run the cell of greeter.py").click()
+        expect(panel).to_contain_text("the same as in its cell")
     panel.get_by_role("button", name="Reset greeter.py").click()
     page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
     expect(cell(page, FILE)).to_contain_text("class Greeter")
@@ -126,6 +129,7 @@ def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
         expect(page.get_by_role("dialog")).to_contain_text(copy)
         page.get_by_role("dialog").get_by_role("button", name="Close").click()
         expect(cell(page, FILE)).not_to_contain_text("class Greeter")
+        expect(panel).to_contain_text("edited since it was run: run its cell")
     assert SERVER in (folder / "greeter.before-reset-1.py").read_text()
     assert STUB in (folder / "greeter.before-reset-2.py").read_text()
     shutil.rmtree(lab[2] / "reset/.released")

@@ -178,8 +178,9 @@ def test_a_call_that_a_cell_sends_by_a_node_of_its_own_is_the_nodes(kernel, page
 
 def test_a_call_is_over_although_its_executor_and_its_node_end_at_once(kernel, page):
     """As in a cell that spins for each call, and then destroys its node: nothing runs the future's callbacks."""
-    kernel.run(
-        "from rclpy.executors import SingleThreadedExecutor\n"
+    said = kernel.run(
+        "from rclpy.executors import SingleThreadedExecutor\nfrom rclpy.node import Node\n"
+        "from example_interfaces.srv import AddTwoInts\n"
         "for number in (1, 2):\n"
         "    own = Node(f'own_{number}', context=ros.context)\n"
         "    executor = SingleThreadedExecutor(context=ros.context)\n"
@@ -191,6 +192,7 @@ def test_a_call_is_over_although_its_executor_and_its_node_end_at_once(kernel, p
         "        executor.spin_until_future_complete(future)\n"
         "    own.destroy_node()"
     )
+    assert said == ""
     exchange = events(kernel, name="/add_two_ints", by="/own_1", state="over")
     assert [text for *_, text in exchange["events"]] == ["a: 4\nb: 1", "sum: 5"]
     exchange = events(kernel, name="/add_two_ints", by="/own_2", state="failed")

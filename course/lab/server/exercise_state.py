@@ -11,7 +11,7 @@ from course.errors import CourseError, UnreadableNotebook
 from course.foundation import cells
 from course.lab.server import handed_in
 from course.lab.server.files import Beside
-from course.notebook import file_differences, stubs
+from course.notebook import file_differences, file_record, stubs
 from course.notebook.progress import parts
 
 
@@ -53,6 +53,8 @@ class Reset(Beside):
         except OSError as error:
             self.finish({"error": f"Nothing was changed, because no copy could be kept: {error.strerror}"})
         else:
+            released = cells.exercise_file([cells.Cell("code", stub)], file) or b""
+            file_record.note_reset(notebook.parent / file, released)
             self.finish({"stub": stub, "copy": copy.name})
 
 
