@@ -203,7 +203,10 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     assert dropping.bounding_box()["y"] < facts.bounding_box()["y"]  # near the picture, in which one clicks then
     dropping.click()
     page.mouse.click(*middle)
-    expect(view).to_contain_text("No obstacle fits there: the robot stands there.")
+    expect(view).to_contain_text("No obstacle fits there: the robot stands there. Click in the room")
+    expect(dropping).to_have_attribute("aria-pressed", "true")  # to be tried elsewhere
+    page.keyboard.press("Escape")
+    expect(dropping).to_have_attribute("aria-pressed", "false")
 
     slider = view.get_by_label("obstacle_threshold")
     shown = slider.input_value()
@@ -212,9 +215,13 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(slider).not_to_have_value(shown)
     (lab[2] / "driven/end").touch()
     wait_until_run(page)
+    canvas.focus()
+    page.keyboard.press("o")
+    expect(view).to_contain_text("An obstacle was dropped.")
     run_cell(page, 1, "!ros2 param set /ai_robot_controller obstacle_threshold 2.0\n!ros2 param set /world room office")
     expect(slider).to_have_attribute("aria-valuetext", "2")
     expect(view.get_by_label("Room")).to_have_value("office")
+    expect(view).not_to_contain_text("An obstacle was dropped.")
     view.get_by_label("Scanner").select_option("24 beams, the first one behind")
     run_cell(page, 2, "!ros2 param get /world beams")
     page.locator(".jp-OutputArea-output pre").get_by_text("Integer value is: 24").wait_for()

@@ -146,7 +146,12 @@ def test_a_program_of_nested_messages_makes_the_same_message():
     assert scope["made"] == forms.message_of(interface.message, filled)
 
 
-def test_what_can_be_sent_to_is_offered_without_what_every_node_has(page):
+def test_what_can_be_sent_to_is_offered_without_what_every_node_has(kernel, page):
+    """Nor what has only a client."""
+    kernel.run(
+        "from rclpy.action import ActionClient\nfrom example_interfaces.action import Fibonacci\n"
+        "lonely = ActionClient(ros.node, Fibonacci, '/lonely')"
+    )
     page.subscribe("inspector")
     offered = page.event()["data"]
     assert [ADD["name"], ADD["type_name"]] in offered["service"]

@@ -30,6 +30,7 @@ const SCANNERS: [string, number, number][] = [
 ];
 const FACTS = 250; // ms between two changes of the numbers: nobody reads faster
 const READ = 3000; // ms that a text stays at least
+const DROPPED = 'An obstacle was dropped.';
 const PLACED = /^The robot (is back at its start|was put at)/;
 // The world's parameters that have separate controls, and those that are read only once.
 const CONTROLLED = ['paused', 'speed', 'room', 'beams', 'angle_min', 'fast', 'rate', 'seed'];
@@ -70,6 +71,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   const [said, setSaid] = React.useState('');
   const [failed, setFailed] = React.useState('');
   const [dropping, setDropping] = React.useState(false);
+  const [refused, setRefused] = React.useState(''); // why the last obstacle was not dropped, while another may be
   const [carrying, setCarrying] = React.useState(false);
   const driver = useDriver(
     (linear, angular) => link!.request('robot.drive', { linear, angular }),
@@ -92,6 +94,11 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       setSaid('');
     }
   });
+  const drive = `${state.room.name} ${state.room.began}`;
+  React.useEffect(() => {
+    // What was done in another world, or before a reset.
+    setSaid(before => (before === DROPPED || before.startsWith('The robot was put at') ? '' : before));
+  }, [drive]);
   useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
   const up = link?.state === 'up';
@@ -155,9 +162,14 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   };
   const pause = () => void (world && set({ paused: !paused }, paused ? 'The world goes on.' : 'Paused.'));
   const reset = () => void ask('robot.reset', {}, 'The robot is back at its start, and the obstacles are gone.');
-  const drop = (x: number, y: number) => {
-    setDropping(false);
-    void ask('robot.drop', { x, y }, 'An obstacle was dropped.');
+  const drop = async (x: number, y: number) => {
+    try {
+      await link!.request('robot.drop', { x, y });
+      setDropping(false);
+      setSaid(DROPPED);
+    } catch (error) {
+      setRefused(`${(error as Error).message} `);
+    }
   };
   const place = (x: number, y: number, heading: number) =>
     ask('robot.place', { x, y, heading }, `The robot was put at x = ${x.toFixed(2)} m, y = ${y.toFixed(2)} m.`);
@@ -205,7 +217,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                 pause={pause}
                 reset={reset}
                 place={place}
-                drop={drop}
+                drop={(x, y) => void drop(x, y)}
                 drive={way => (state.idle ? setSaid(state.idle) : driver.press(way))}
                 faster={faster}
                 cancel={() => setDropping(false)}
@@ -224,7 +236,14 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                     >
                       Move the robot
                     </button>
-                    <button aria-pressed={dropping} disabled={!world} onClick={() => setDropping(!dropping)}>
+                    <button
+                      aria-pressed={dropping}
+                      disabled={!world}
+                      onClick={() => {
+                        setRefused('');
+                        setDropping(!dropping);
+                      }}
+                    >
                       Drop an obstacle
                     </button>
                   </div>
@@ -240,7 +259,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
             </div>
           )}
           <div className="ros-Robot-said" role="status">
-            {dropping ? 'Click in the room, where the obstacle is to be; Esc cancels.' : said}
+            {dropping ? `${refused}Click in the room, where the obstacle is to be; Esc cancels.` : said}
           </div>
           {(sees.length > 0 || state.scan) && <Facts state={state} paused={paused} />}
           {knobs.filter(node => node !== world).map(node => (
