@@ -308,6 +308,11 @@ def watch_goals(tell: Callable[[Node, Exception | GoalFault | NoResult], None]) 
     return end
 
 
+def sequence_number(client: Client, future: Future) -> int | None:
+    """Return the number by which a client knows the request of a future; None if it is done."""
+    return next((number for number, each in [*client._pending_requests.items()] if each is future), None)
+
+
 class ClientWatcher(Protocol):
     """A receiver of what the clients of this process send; `at` is the time (s of `time.monotonic`)."""
 

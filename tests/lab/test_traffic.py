@@ -196,7 +196,27 @@ def test_a_call_is_over_although_its_executor_and_its_node_end_at_once(kernel, p
     exchange = events(kernel, name="/add_two_ints", by="/own_1", state="over")
     assert [text for *_, text in exchange["events"]] == ["a: 4\nb: 1", "sum: 5"]
     exchange = events(kernel, name="/add_two_ints", by="/own_2", state="failed")
-    assert exchange["failed"] == "the client was destroyed before a response came"
+    assert exchange["failed"] == "the client was destroyed before it took a response"
+
+
+def test_a_response_that_its_client_does_not_take_is_told(kernel, page):
+    """The server has done its part: nobody spins the client's node."""
+    introspected(kernel, "/add_two_ints")
+    kernel.run(
+        "from rclpy.node import Node\nfrom example_interfaces.srv import AddTwoInts\n"
+        "idle = Node('idle', context=ros.context)\n"
+        "client = idle.create_client(AddTwoInts, '/add_two_ints')\n"
+        "client.wait_for_service()\n"
+        "future = client.call_async(AddTwoInts.Request(a=4, b=5))"
+    )
+    follow = page_of(kernel)
+    follow.subscribe("inspector.exchange", number=newest(page, name="/add_two_ints", by="/idle")["number"])
+    while (
+        "The server has sent its response, and /idle has not taken it" not in (told := follow.event()["data"])["note"]
+    ):
+        assert told["state"] == "running"
+    follow.close()
+    kernel.run("idle.destroy_node()")
 
 
 def test_a_call_without_an_answer_says_why(kernel, page):

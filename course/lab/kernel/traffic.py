@@ -40,6 +40,7 @@ from course.ros.rclpy_internals import (
     action_type,
     owner,
     replace_in_rclpy,
+    sequence_number,
     unwatched,
     watch_clients,
 )
@@ -61,6 +62,8 @@ QOS = {
     FEEDBACK: QoSProfile(depth=100),
 }
 OTHER = "another program"
+UNTAKEN = 1.0  # s after which a response that its client has not taken is told
+NOT_TAKEN = "The server has sent its response, and {} has not taken it: its executor is busy, or nothing spins it."
 OF_A_SERVICE = "Seen from the server: the times are when it took the request and sent the response."
 OF_AN_ACTION = (
     "Seen from the action's topics for status and feedback. The contents of goal and result are not shown, and "
@@ -79,6 +82,16 @@ class _Goal:
     canceling: bool = False
 
 
+@dataclass
+class _Asked:
+    """A request of this kernel; `answered` is when the server sent the response, s of time.monotonic, or 0."""
+
+    exchange: Exchange
+    client: Client
+    number: int | None  # of the request, by its client
+    answered: float = 0.0
+
+
 class Traffic:
     """Watches a session until `close`."""
 
@@ -92,7 +105,7 @@ class Traffic:
         self._seen: dict[tuple[bytes, int], None] = {}  # all calls of other programs, finished ones included
         self._unseen: set[str] = set()  # services without introspection at the last look
         self._goals: dict[bytes, _Goal] = {}
-        self._asked: dict[Future, tuple[Exchange, Client]] = {}  # requests of this kernel that are not finished
+        self._asked: dict[Future, _Asked] = {}  # requests of this kernel that are not finished
         self._lock = threading.Lock()
         self._noting = threading.Lock()  # protects the goals, which are sent in other threads
         full = (live.node.get_name(), live.node.get_namespace())
@@ -211,8 +224,10 @@ class Traffic:
         info = event.info
         client, at = bytes(info.client_gid), info.stamp.sec + 1e-9 * info.stamp.nanosec
         key = client, info.sequence_number
-        if client[:12] in self._own:
-            return  # sent by this kernel, whose client records more
+        if client[:12] in self._own:  # sent by this kernel, whose client records more
+            if info.event_type == ServiceEventInfo.RESPONSE_SENT:
+                self._note_response(name, client, info.sequence_number)
+            return
         if info.event_type == ServiceEventInfo.REQUEST_RECEIVED and event.request and key not in self._seen:
             _remember(self._seen, key, None, SEEN)
             service_type = type_name(kind).removesuffix("_Event")
@@ -283,22 +298,32 @@ class Traffic:
         kind: Any = client.srv_type
         exchange = keep(Exchange("service", client.service_name, type_name(kind), _sender(client)))
         exchange.add("request", request, at)
-        self._asked[future] = exchange, client
+        self._asked[future] = _Asked(exchange, client, sequence_number(client, future))
         future.add_done_callback(self._answered)
 
     def _look_after_requests(self) -> None:
         """End the exchanges whose future has nobody left to run its callbacks: its executor, or its client, is gone."""
-        for future, (exchange, client) in list(self._asked.items()):
+        for future, asked in list(self._asked.items()):
             if future.done():
                 self._answered(future)
-            elif not _exists(client):
-                exchange.end("the client was destroyed before a response came")
+            elif not _exists(asked.client):
+                asked.exchange.end("the client was destroyed before it took a response")
                 self._asked.pop(future, None)
+            elif asked.answered and time.monotonic() - asked.answered > UNTAKEN:
+                asked.exchange.note(NOT_TAKEN.format(asked.exchange.by))
+
+    def _note_response(self, service: str, client: bytes, number: int) -> None:
+        """Note that a server has sent the response to a request of this kernel."""
+        by = self._caller(service, client)
+        for asked in list(self._asked.values()):
+            if (asked.exchange.name, asked.exchange.by, asked.number) == (service, by, number):
+                asked.answered = time.monotonic()
 
     def _answered(self, future: Future) -> None:
         if (asked := self._asked.pop(future, None)) is None:
             return
-        exchange, _ = asked
+        exchange = asked.exchange
+        exchange.note("")
         if future.cancelled() or (failed := future.exception()):
             exchange.end("it was canceled" if future.cancelled() else str(failed))
             return

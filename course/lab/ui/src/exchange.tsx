@@ -72,7 +72,7 @@ export function ExchangeView({ link, number, remark }: View): JSX.Element {
       {exchange && remark?.(exchange)}
       {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
       <div role="status">
-        {exchange?.state === 'running' && !(exchange.kind === 'topic' && exchange.cancellable) && <p>Waiting for {awaited(exchange)} …</p>}
+        {exchange?.state === 'running' && waits(exchange) && <p>Waiting for {awaited(exchange)} …</p>}
         {exchange?.note && <p>{exchange.note}</p>}
         {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
         {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
@@ -98,6 +98,11 @@ export function ExchangeView({ link, number, remark }: View): JSX.Element {
       )}
     </section>
   );
+}
+
+/** Return true if it waits for the other side: not a publisher that repeats, nor a client that does not take the response. */
+function waits(exchange: Exchange): boolean {
+  return !(exchange.kind === 'topic' && exchange.cancellable) && !(exchange.kind === 'service' && exchange.note);
 }
 
 /** Return what the exchange waits for: the other side, the answer to what was sent, or an accepted goal's end. */
