@@ -42,7 +42,7 @@ def _another_agent(cls, decided, told):
 
     def decide(self, *args, **kwargs):
         asked.append(self)
-        return dict(zip(("linear", "angular"), decided))
+        return {"angular": decided[1], "linear": decided[0]}
 
     def tell(self, message):
         if isinstance(message, Twist) and asked:

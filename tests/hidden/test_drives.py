@@ -1,10 +1,10 @@
-"""What ends a drive of a student's robot before its time: only what its node does not do."""
+"""What ends a drive of a student's robot before its time, only what its node does not do; and when that has died."""
 
 from types import SimpleNamespace
 
 import pytest
 
-from autograder.hidden.ai_integration.conversation import IDLE, StandstillError, StandstillWatch
+from autograder.hidden.ai_integration.conversation import IDLE, StandstillError, StandstillWatch, of_the_living
 
 
 @pytest.fixture
@@ -35,3 +35,22 @@ def test_a_drive_ends_when_the_node_is_dead(drive):
     world.received += 1
     with pytest.raises(StandstillError):
         watch.look()
+
+
+def answer(looks, gone):
+    """What counts of an answer of a program that lives for so many looks after it, and may be `gone` from its topic."""
+    left = iter([True] * looks)
+    return of_the_living(lambda limit, alive: "4.4 m", lambda: gone, 5.0)(10.0, lambda: next(left, False))
+
+
+def test_a_node_that_has_left_its_topic_and_ends_later_has_given_no_answer():
+    """It was told how far the robot drove until then, and not that the node had died."""
+    assert answer(looks=3, gone=True) is None
+
+
+def test_the_answer_of_a_node_that_lives_counts():
+    assert answer(looks=100, gone=False) == "4.4 m"
+
+
+def test_a_node_that_lives_without_its_topic_has_answered():
+    assert of_the_living(lambda limit, alive: 0, lambda: True, 0.05)(10.0, lambda: True) == 0

@@ -58,7 +58,7 @@ PERIOD = 0.1  # s of simulated time between two commands
 # distance that is infinite, missing or NaN; and where it says what no rule of the task says.
 LEAST = {"front": 0.1, "right": 0.3}
 A_METRE, FAR, NOTHING, NO_NUMBER = 0.01, 0.17, 0.18, 0.185
-STRANGE, OPPOSITE = 4.25, 4.75  # m
+STRANGE, STILL, OPPOSITE = 4.25, 4.5, 4.75  # m
 BACKWARDS, LEFT, AN_AGENT = -1.0, 1.75, -0.125
 FORWARDS, RIGHT = 2.25, -1.5
 WIDTH = 0.19  # all numbers for a distance are less than so much above the LEAST
@@ -82,6 +82,10 @@ FASTEST, FASTEST_TURN = 10.0, 100.0  # m/s and rad/s that no such robot drives
 
 SILENT = 2.0  # s of real time without a command in which a node that keeps its own time sends twenty
 
+STILL_FRESH = (
+    0.3  # s of real time for which a scan is certainly fresh: a node that keeps its own time sends two or three
+)
+
 DRIVING = 1.0  # s of real time with scans, until a node certainly drives
 DRIVING_HERTZ = 20.0  # scans a second then
 WATCHED = 3.0  # s of real time without scans: six times as long as a node may drive on
@@ -90,6 +94,7 @@ DECISION = 0.2  # s of real time for a command of a drive, until the robot moves
 DRIVE = 90.0  # s of real time for a drive: more than DECISION for each of its ticks
 AGENTS = 2  # that a node may ask: one more than it should, such as one made to try it
 IDLE = 20  # ticks of a drive without a command after which it ends
+ENDING = 5.0  # s of real time in which a program that has left its topic ends, if it is about to
 
 
 class Command(NamedTuple):
@@ -100,10 +105,12 @@ class Command(NamedTuple):
 
 
 STOP = Command(0.0, 0.0)
+STOOD_IN = " (All other tests were run with something in its place.)"
 BY_RULES = (
     "The node must publish what decide_action of the WallAgent in wall_agent.py returns: another agent was put in its "
     "place, and the node published what the three rules of the task say."
 )
+BY_ORDER = " (In the dict that this agent returns, 'angular' comes first.)"
 CHANGED = " Or the node has changed what its agent decided, as in another test: mend that first."
 SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
 
@@ -306,7 +313,11 @@ class Follower(TopicProgram):
 
     def ask(self, question: Question[Answer], what: str = "a scan") -> Answer:
         """The answer to a question (see `converse`), asked as soon as both topics are there."""
-        return self.converse(question, what, SCAN, CMD_VEL)
+
+        def gone() -> bool:
+            return bool(self.missing((CMD_VEL,)))
+
+        return self.converse(of_the_living(question, gone, self.allow(ENDING)), what, SCAN, CMD_VEL)
 
     def start_fresh(self) -> None:
         """Have the program running, and no scan shown to it yet."""
@@ -367,6 +378,19 @@ class Follower(TopicProgram):
             return not came if alive() else None
 
         return self.ask(listen)
+
+    def is_silent(self, scan: LaserScan) -> bool:
+        """Whether it sends no command any more while it is shown this scan, again and again."""
+
+        def show(limit: float, alive: Alive) -> bool | None:
+            self.tick(scan)
+            before = len(self.commands.heard)
+            for _ in range(STAYS):
+                self.tick(scan)
+            came = self.commands.wait(lambda heard: heard[before:], self.allow(STILL_FRESH), alive)
+            return not came if alive() else None
+
+        return self.ask(show)
 
     def tick(self, scan: LaserScan | None = None, period: float = PERIOD, wait: bool = True) -> list[Command]:
         """Move simulated time on by `period` s, with a scan just before; the commands that came of it.
@@ -489,10 +513,7 @@ class Follower(TopicProgram):
             raise Wrong(BY_RULES, self.commands.heard[-1].message)
         self.renamed.expect_none(NODE)
         if NODE in importing_course(self.bench.files):
-            raise Wrong(
-                f"{NODE} must not import course: a robot has ROS 2 and NumPy, and no course. (All other tests were run "
-                "with something in its place.)"
-            )
+            raise Wrong(f"{NODE} must not import course: a robot has ROS 2 and NumPy, and no course.{STOOD_IN}")
         twist = self.commands.heard[-1].message
         others = (twist.linear.y, twist.linear.z, twist.angular.x, twist.angular.y)
         if is_code(twist.linear.x, "front") and is_code(twist.angular.z, "right") and not any(others):
@@ -506,9 +527,10 @@ class Follower(TopicProgram):
         for field, number, name in (("linear.x", twist.linear.x, "front"), ("angular.z", twist.angular.z, "right")):
             if not is_code(number, name):
                 what = "linear" if name == "front" else "angular"
+                swapped = is_code(twist.linear.x, "right") and is_code(twist.angular.z, "front")
                 raise Wrong(
                     f"The node must publish '{what}' of what its agent decides as {field}, with its sign: it was "
-                    f"{place(twist, name)}.",
+                    f"{place(twist, name)}.{BY_ORDER if swapped else ''}",
                     twist,
                 )
         were = ", ".join(f"{number:.3g}" for number in others)
@@ -684,6 +706,21 @@ class Follower(TopicProgram):
             time.sleep(max(0.0, start + number / hertz - time.monotonic()))
             scan.header.stamp = self.ros.node.get_clock().now().to_msg()
             self.laser.publish(scan)
+
+
+def of_the_living(question: Question[Answer], gone: Callable[[], bool], ending: float) -> Question[Answer]:
+    """The question, whose answer does not count when the program has died meanwhile, or dies within `ending` s.
+
+    A program that ends has left its topics before; so when it is `gone` from them, its end is waited for.
+    """
+
+    def ask(limit: float, alive: Alive) -> Answer | None:
+        answer = question(limit, alive)
+        if alive() and gone():
+            wait_until(lambda: not alive(), ending)
+        return answer if alive() else None
+
+    return ask
 
 
 class StandstillWatch:

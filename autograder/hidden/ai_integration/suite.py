@@ -17,11 +17,14 @@ from sensor_msgs.msg import LaserScan
 
 from autograder.errors import Fault
 from autograder.hidden.ai_integration.conversation import (
+    AGENT,
     BOTH,
     LONG_ENOUGH,
     NEXT,
     OPPOSITE,
     PERIOD,
+    STILL,
+    STOOD_IN,
     STOP,
     STRANGE,
     Agent,
@@ -75,10 +78,7 @@ TRIED_ROOMS = 2  # rooms in which the grader's own follower drives well, and the
 def test_agent_needs_no_ros(agent: Agent) -> None:
     """WallAgent of wall_agent.py returns its decision as a dict with two floats, where ROS 2 is not installed."""
     if agent.imports_course:
-        raise Wrong(
-            "wall_agent.py must not import course: a robot has ROS 2 and NumPy, and no course. (All other tests were "
-            "run with something in its place.)"
-        )
+        raise Wrong(f"{AGENT} must not import course: a robot has ROS 2 and NumPy, and no course.{in_its_place(agent)}")
     answers = agent.ask((3.0, 0.3), (3.0, 0.9), (0.2, 0.6), ros=False)
     if not all(math.isfinite(speed) for answer in answers for speed in answer) or len({*answers}) == 1:
         raise Wrong(
@@ -98,6 +98,16 @@ def test_agent_needs_no_ros(agent: Agent) -> None:
             f"returned {agent.no_floats}.",
             answers,
         )
+
+
+def in_its_place(agent: Agent) -> str:
+    """What becomes of the other tests of an agent that imports course."""
+    try:
+        agent.ask((3.0, 0.6))
+    except Fault as fault:
+        needed = "No module named 'course'" in fault.message
+        return " (It cannot decide without what it imports from there, so other tests fail, too.)" if needed else ""
+    return STOOD_IN
 
 
 @points(1, cell="wall-agent")
@@ -372,6 +382,8 @@ def test_no_return_and_touching(follower: Follower, eye: Eye, rng: random.Random
             scan = plain.change(scan, rng, sector, INF, share)
         about = f"With inf (no return) in {where} front and right"
         follower.expect(scan, wanted["front"], wanted["right"], about, eye.sectors)
+    about = "With inf (no return) in every beam of the scan"
+    follower.expect(plain.scan([INF] * plain.beams), INF, INF, about, eye.sectors)
     for sector in sorted(eye.sectors):
         near, seen_there = true | {sector: -INF}, true | {sector: 0.0}
         about = f"With -inf (touching, a distance of 0) in one beam of the {sector}"
@@ -398,6 +410,9 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
         for sector in BOTH:
             scan = plain.change(scan, rng, sector, value, SOME)
         expect(scan, true, f"With {what} in some beams, which is no measurement")
+        if math.isnan(value):  # now that something near was seen
+            about = "With NaN in every beam of the scan, so that all is free (inf)"
+            expect(plain.scan([NAN] * plain.beams), {"front": INF, "right": INF}, about)
         for sector in BOTH:
             scan = plain.change(scan, rng, sector, value)
         about = f"With {what} in all beams of the front and of the right, which then count as free (inf)"
@@ -468,6 +483,11 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
                 f"{said(others[0])}.",
                 commands,
             )
+    if follower.is_silent(PLAIN.flat(rng, front=STILL, right=some_distance(rng))):
+        raise Wrong(
+            "Commands must be published at 10 Hz, whatever the agent decides: another agent decided to stand still "
+            "(linear 0, angular 0), and no command came."
+        )
 
 
 def expect_in_real_time(rate: float, about: str) -> None:

@@ -1341,6 +1341,44 @@ WRONG = {
         ),
         {"agent_needs_no_ros"},
     ),
+    "the agent returns the int 0 at a wall ahead, of which the node dies": (
+        agent(("'linear': 0.0", "'linear': 0")),
+        {"agent_needs_no_ros", "hall", "bend"},
+    ),
+    "the agent takes its base class from the course": (
+        agent(
+            (
+                "from enum import Enum\n",
+                "from enum import Enum\n\nfrom course.robot.agent import ObstacleAvoidanceAI\n",
+            ),
+            ("class WallAgent", "class WallAgent(ObstacleAvoidanceAI)"),
+        ),
+        EVERYTHING,
+    ),
+    "the node takes the speeds in their order in the dict": (
+        node(("cmd.linear.x = action['linear']", "cmd.linear.x, cmd.angular.z = action.values()"), (CMD, "")),
+        {"asks_its_agent"},
+    ),
+    "a decision to stand still is not published": (
+        node(
+            (
+                "            cmd.linear.x = action['linear']\n",
+                """            if action['linear'] == 0.0 and action['angular'] == 0.0:
+                return
+            cmd.linear.x = action['linear']
+""",
+            )
+        ),
+        {"rate"},
+    ),
+    "a scan with inf in every beam is thrown away": (
+        node((KEEP, "        if msg.ranges and all(map(math.isinf, msg.ranges)):\n            return\n" + KEEP)),
+        {"no_return_and_touching"},
+    ),
+    "a scan with NaN in every beam is thrown away": (
+        node((KEEP, "        if msg.ranges and all(map(math.isnan, msg.ranges)):\n            return\n" + KEEP)),
+        {"no_measurements"},
+    ),
     "the agent returns a namedtuple": (
         changed(
             agent(
@@ -1403,6 +1441,7 @@ ABOUT = {
     "stands still, whatever it sees",
     "no node at all",
 }
+USELESS = {"the agent takes its base class from the course"}
 # Both hide what the node has made of a scan.
 BROAD = {"the node rounds what the agent decided", "the node decides by the three rules itself"}
 # A detail loses little.
@@ -1443,6 +1482,10 @@ DETAIL = {
     "the node limits what the agent decided",
     "a new agent for each command",
     "a wall ahead is answered at once as well",
+    "a decision to stand still is not published",
+    "a scan with inf in every beam is thrown away",
+    "a scan with NaN in every beam is thrown away",
+    "the node takes the speeds in their order in the dict",
     "8 Hz",
     "waits 0.15 s for each command while no scan is fresh",
     "waits 0.15 s for each command at a wall ahead",

@@ -7,8 +7,9 @@ up, or turns a sign, can still be read.
 
 Shown something in front at exactly `STRANGE` m, it says instead what no rule of the task says: backwards, the faster
 the more of its kind have been asked, and to the left faster than any rule turns; and at exactly `OPPOSITE` m, forwards
-and to the right, both faster than any rule.  So a node that limits what an agent has decided, or makes a new agent for
-each command, can be told from one that does not.
+and to the right, both faster than any rule; and at exactly `STILL` m, to stand still.  So a node that limits what an
+agent has decided, makes a new agent for each command, or leaves a decision out, can be told from one that does not.
+In its dict `angular` comes first: its keys say which speed is which, and not their order.
 
 The numbers are above 0 when the node has asked the agent of wall_agent.py, and below 0 when it has asked another class
 with a `decide_action`, one of its own.  A class with another name than WallAgent will do, and so will other keys of the
@@ -29,7 +30,7 @@ from typing import Any, ClassVar
 LEAST = {"front": 0.1, "right": 0.3}  # the number for 0 m
 A_METRE = 0.01  # more for each metre
 FAR, NOTHING, NO_NUMBER = 0.17, 0.18, 0.185  # more for a distance that is infinite, missing, or NaN
-STRANGE, OPPOSITE = 4.25, 4.75  # m
+STRANGE, STILL, OPPOSITE = 4.25, 4.5, 4.75  # m
 BACKWARDS, LEFT = -1.0, 1.75  # m/s and rad/s
 FORWARDS, RIGHT = 2.25, -1.5  # m/s and rad/s
 AN_AGENT = -0.125  # m/s more for each agent that was asked
@@ -57,13 +58,16 @@ def speeds(distances: Mapping[str, float], sign: float, agent: Any) -> tuple[flo
             return sign * (BACKWARDS + AN_AGENT * len(agents)), sign * LEFT
         if abs(float(distances["front"]) - OPPOSITE) < 1e-3:
             return sign * FORWARDS, sign * RIGHT
+        if abs(float(distances["front"]) - STILL) < 1e-3:
+            return 0.0, 0.0
     return sign * told(distances, "front"), sign * told(distances, "right")
 
 
 def like(answer: Any, linear: float, angular: float) -> Any:
     """These speeds in the form that the student's own agent gives its answer."""
     if isinstance(answer, dict) and {"linear", "angular"} <= {*answer}:
-        return {**answer, "linear": linear, "angular": angular}
+        others = {key: value for key, value in answer.items() if key not in ("linear", "angular")}
+        return {"angular": angular, "linear": linear, **others}
     if isinstance(answer, tuple) and hasattr(answer, "_make"):
         return answer._make([linear, angular])
     if isinstance(answer, list | tuple):

@@ -28,7 +28,8 @@ if __name__ == "__main__":
         """Decide, so that the node's command is right."""
         linear, angular = decide(distances["front"], distances["right"])
         said = [manner["linear"] * linear, manner["angular"] * angular]
-        return dict(zip(("linear", "angular"), reversed(said) if manner["swapped"] else said, strict=True))
+        linear, angular = reversed(said) if manner["swapped"] else said
+        return {"angular": angular, "linear": linear}
 
     module: Any = importlib.import_module("wall_agent")
     for each in [each for each in vars(module).values() if isinstance(each, type) and hasattr(each, "decide_action")]:
