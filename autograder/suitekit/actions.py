@@ -26,6 +26,7 @@ from autograder.suitekit.ros import Ros, graph, published, sensible
 from autograder.suitekit.topics import Heard
 from course.foundation.waiting import wait_until
 from course.ros.names import type_name
+from course.ros.rclpy_internals import before_each_answer
 
 DEPTH = 200  # feedback messages that may wait to be read
 LISTENED = 5.0  # s to wait until a client has subscribed to the feedback
@@ -181,19 +182,33 @@ def _actions(ros: Ros, query: Callable[..., list[Any]]) -> list[str]:
 
 
 def serve(
-    ros: Ros, action: str, kind: type, execute: Callable[[Any], Any], accept: Callable[[Any], bool] = lambda goal: True
+    ros: Ros,
+    action: str,
+    kind: type,
+    execute: Callable[[Any], Any],
+    accept: Callable[[Any], bool] = lambda goal: True,
+    ahead: Callable[[Callable[[Any], None]], None] | None = None,
 ) -> ActionServer:
     """Offer an action: `accept` decides whether to accept a goal, `execute` is its execute callback.
 
-    `ros` needs several threads: one for each running goal and one more for cancel requests.
+    Before a goal is answered, `ahead` is called with a function that publishes feedback of it.  `ros` needs several
+    threads: one for each running goal and one more for cancel requests.
     """
 
-    def heard(handle: Any) -> Any:
+    def await_client() -> None:
         wait_until(lambda: ros.node.count_subscribers(f"{action}/_action/feedback"), LISTENED)
         time.sleep(MATCHED)
+
+    def heard(handle: Any) -> Any:
+        await_client()
         return execute(handle)
 
-    return ActionServer(
+    def begin(publish: Callable[[Any], None]) -> None:
+        await_client()
+        if ahead:
+            ahead(publish)
+
+    server = ActionServer(
         ros.node,
         kind,
         action,
@@ -202,3 +217,6 @@ def serve(
         goal_callback=lambda goal: GoalResponse.ACCEPT if accept(goal) else GoalResponse.REJECT,
         cancel_callback=lambda handle: CancelResponse.ACCEPT,
     )
+    if ahead:
+        before_each_answer(server, begin)
+    return server

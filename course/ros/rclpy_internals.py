@@ -25,7 +25,7 @@ from course.ros.taking import take
 
 if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no time for all that these import
     from rcl_interfaces.msg import SetParametersResult
-    from rclpy.action import ActionClient
+    from rclpy.action import ActionClient, ActionServer
     from rclpy.action.client import ClientGoalHandle
     from rclpy.client import Client
     from rclpy.executors import Executor, MultiThreadedExecutor
@@ -235,6 +235,24 @@ def _telling_subscription() -> type:
                 return super().take_message(kind, raw)
 
     return TellingSubscription
+
+
+def before_each_answer(server: ActionServer, tell: Callable[[Callable[[Any], None]], None]) -> None:
+    """Call `tell` before a goal is answered, with a function that publishes feedback of this goal.
+
+    A client may receive feedback before the answer, because they are sent separately.  Seen in 7.1.6: a goal callback
+    is not told the goal's ID, without which no feedback can be published.
+    """
+    patched: Any = server  # mypy lets no method be assigned to
+    answer = patched._execute_goal_request
+    kind = server.action_type.Impl.FeedbackMessage
+
+    async def begin(request: Any) -> None:
+        goal_id = request[1].goal_id
+        tell(lambda feedback: server._handle.publish_feedback(kind(goal_id=goal_id, feedback=feedback)))
+        await answer(request)
+
+    patched._execute_goal_request = begin
 
 
 class GoalFault(Enum):

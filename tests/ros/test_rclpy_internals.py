@@ -91,6 +91,26 @@ def test_an_action_client_still_forgets_feedback(node):
     client.destroy()
 
 
+def test_feedback_can_be_published_before_a_goal_is_answered(node):
+    """When this fails, what comes before the answer to a goal can no longer be tried with a student's client."""
+    told = []
+    server = ActionServer(
+        node, Fibonacci, "fibonacci", lambda goal: Fibonacci.Result(), goal_callback=lambda _: told.append("answered")
+    )
+    client = ActionClient(node, Fibonacci, "fibonacci")
+    rclpy_internals.before_each_answer(server, lambda publish: publish(Fibonacci.Feedback(partial_sequence=[0, 1])))
+    client.wait_for_server(5.0)
+    heard = client.send_goal_async(Fibonacci.Goal(order=1), lambda message: told.append(message.feedback))
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    executor.spin_until_future_complete(heard, 5.0)
+    assert wait_until(lambda: executor.spin_once(0.05) or len(told) > 1, 5.0)
+    assert "answered" in told
+    executor.shutdown()
+    client.destroy()
+    server.destroy()
+
+
 def test_every_way_of_setting_parameters_is_watched(node):
     node.declare_parameter("speed", 1.0)
     seen = []

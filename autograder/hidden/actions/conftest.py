@@ -67,11 +67,11 @@ def clients(bench: Bench) -> dict[str, Encounter]:
     """The client's runs with a server."""
     after = bench.random("cancel").randrange(*MESSAGES)
     return {
-        "succeed": Encounter(bench, "succeed"),
+        "succeed": Encounter(bench, "succeed", ahead=True),
         "reject": Encounter(bench, "reject", POSSIBLE),
         "abort": Encounter(bench, "abort"),
-        "cancel": Encounter(bench, "cancel", cancel_after=after),
-        "at once": Encounter(bench, "cancel", cancel_after=0),
+        "cancel": Encounter(bench, "cancel", cancel_after=after, ahead=True),
+        "at once": Encounter(bench, "stopped", cancel_after=0),
         "late": Encounter(bench, "late", cancel_after=2, lasts=LONG),
         "few": Encounter(bench, "succeed", cancel_after=NEVER, lasts=LONG),
         "wide": Encounter(bench, "at once", WIDE),

@@ -3,7 +3,7 @@
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
@@ -46,7 +46,7 @@ class Encounter:
     - "succeed", "abort": publishes feedback, and ends the goal so;
     - "reject": rejects the goal;
     - "cancel": publishes feedback until it is cancelled;
-    - "late": the same, and yet the goal succeeds;
+    - "late", "stopped": the same, and yet the goal succeeds, or is aborted;
     - "at once": succeeds at once, without feedback.
     """
 
@@ -57,12 +57,14 @@ class Encounter:
         floors: tuple[int, int] = (0, 10),
         cancel_after: int | None = None,
         lasts: float = 0.0,
+        ahead: bool = False,
     ):
         """`floors` are the lowest floor that the client is given, and the first that it is not.
 
-        A goal that succeeds `lasts` at least so many seconds.
+        A goal that succeeds `lasts` at least so many seconds.  Its first feedback comes `ahead` of the answer to it, if
+        asked.
         """
-        self._plays = 0
+        self._plays, self.ahead = 0, ahead
         self.script, self.cancel_after, self._lasts = script, cancel_after, lasts
         self._bench, self._range = bench, floors
         self._rng = bench.random(f"client {script} {cancel_after}")
@@ -93,7 +95,7 @@ class Encounter:
         self._fault: Fault | None = None  # how the run ended, when it did not end well
         self._bench.hide(*self.floors)
         ros = self._bench.enter(self._bench.new_domain(), threads=THREADS)
-        self._server = serve(ros, ACTION, Lift, self._execute, self._accept)
+        self._server = serve(ros, ACTION, Lift, self._execute, self._accept, self._tell_ahead if self.ahead else None)
         command = [*map(str, self.floors)]
         command += [] if self.cancel_after is None else ["--cancel-after", str(self.cancel_after)]
         self._starts = 1  # of the client, which sends a goal each time
@@ -136,8 +138,9 @@ class Encounter:
     def end(self) -> str:
         """How its goal has ended, as the server knows."""
         ends = {"reject": "REJECTED", "abort": "ABORTED"}
-        if self.script == "cancel":
-            return "SUCCEEDED" if self.before_cancel is None else "CANCELED"
+        if self.script in ("cancel", "stopped"):
+            stopped = "CANCELED" if self.script == "cancel" else "ABORTED"
+            return "SUCCEEDED" if self.before_cancel is None else stopped
         return ends.get(self.script, "SUCCEEDED")
 
     @property
@@ -205,12 +208,12 @@ class Encounter:
         return self.script != "reject"
 
     def _execute(self, handle: Any) -> Any:
-        if self.script in ("cancel", "late"):
+        if self.script in ("cancel", "late", "stopped"):
             return self._wait_for_cancel(handle)
         if self.script != "at once":
             begun = time.monotonic()
-            for number in range(len(self.feedback)):
-                self._tell(handle, number)
+            for number in range(self.ahead, len(self.feedback)):
+                handle.publish_feedback(self._message(number))
                 time.sleep(FEEDBACK_PAUSE)
             # A client loses the feedback that comes after its result, so that comes when all feedback is printed.
             wait_until(lambda: self.shown <= self._printed(), PATIENT)
@@ -227,26 +230,35 @@ class Encounter:
         lasts = min(self._lasts, self._bench.clock.allow(self._lasts))  # less, where less patience is asked for
         self.stayed = self._run.until(lambda: time.monotonic() > begun + lasts, LIMIT + lasts)
 
-    def _tell(self, handle: Any, number: int) -> tuple[int, int]:
+    def _tell_ahead(self, publish: Callable[[Any], None]) -> None:
+        """Publish the first feedback, and let the client print it before its goal is answered."""
+        first = self._message(1 if self.script == "cancel" else 0)
+        publish(first)
+        wait_until(lambda: self._printed()[float(first.floor)] > 0, EARLY)
+
+    def _message(self, number: int) -> Lift.Feedback:
         floor, left = self.feedback[number % len(self.feedback)]
-        handle.publish_feedback(Lift.Feedback(floor=floor, stops_left=left))
-        return floor, left
+        return Lift.Feedback(floor=floor, stops_left=left)
+
+    def _tell(self, handle: Any, number: int) -> tuple[int, int]:
+        handle.publish_feedback(message := self._message(number))
+        return message.floor, message.stops_left
 
     def _wait_for_cancel(self, handle: Any) -> Any:
         """Publish feedback, and note after which message the client cancels."""
         wanted, begun = self.cancel_after or 0, time.monotonic()
         waits = {wanted - 1: EARLY, wanted: PATIENT}
         for number in range(MOST_FEEDBACK + 1):
-            if number:
+            if number > self.ahead:
                 self._tell(handle, number)
             if wait_until(lambda: handle.is_cancel_requested, waits.get(number, FEEDBACK_PAUSE if number else 0)):
                 self.before_cancel = number
                 break
-        if self.script == "cancel" and self.before_cancel is not None:
+        if self.script != "late" and self.before_cancel is not None:
             time.sleep(
                 EARLY
             )  # the result comes later than the answer to the cancel, as from a cabin that ends its step
-            handle.canceled()
+            (handle.canceled if self.script == "cancel" else handle.abort)()
             return self.result
         last = MOST_FEEDBACK if self.before_cancel is None else self.before_cancel
         for number in range(last + 1, last + 1 + AFTER):  # it cannot be stopped any more

@@ -57,8 +57,25 @@ class Idle(EarlyKinds):
         if not self._arrived(before, LOW) or self.set(True, limit, alive) is None:
             return ""
         blocked = self._goal([HIGH], limit, alive)  # which must be aborted
+        if blocked and self._arrived(blocked, HIGH):
+            self.set(False, limit, alive)
+            return (
+                f"`data: true` blocks the shaft also while no goal runs: a goal that comes then and needs a step is "
+                f"aborted. After {BLOCK} had answered it, a goal moved the cabin from floor {LOW} to floor {HIGH}, and "
+                f"ended as {blocked.end}."
+            )
         aborted = blocked and blocked.end == "ABORTED" and not blocked.goal.feedback
-        waited = self._left_alone(alive) if aborted else 0.0
+        if not aborted or self.set(True, limit, alive) is None:
+            return ""
+        again = self._goal([HIGH], limit, alive)
+        if again and self._arrived(again, HIGH):
+            self.set(False, limit, alive)
+            return (
+                "To block what is blocked changes nothing, also while no goal runs. A goal that came after `data: "
+                f"true` was aborted; after a second `data: true` another one moved the cabin from floor {LOW} to floor "
+                f"{HIGH}, and ended as {again.end}."
+            )
+        waited = self._left_alone(alive)
         if not waited:
             return ""
         after = self._goal([HIGH], limit, alive)

@@ -431,6 +431,19 @@ def expect_outcome(program: Program, word: str, when: str) -> None:
         )
 
 
+def expect_word(program: Program, run: Encounter, when: str) -> None:
+    """The client must print the outcome by the word of the task, wherever it stands; it has named it somehow."""
+    if run.end not in program.output.upper():
+        line = next(
+            line for line in reversed(program.output.splitlines()) if re.search("|".join(OUTCOMES), line.lower())
+        )
+        raise Wrong(
+            f"{when} the client must print the outcome by the word {run.end}, spelled so. It printed "
+            f"{run.excerpt(line)[:SAID]!r}.",
+            program.output,
+        )
+
+
 def expect_outcome_last(program: Program, run: Encounter, when: str) -> None:
     """The client must name one outcome in its last line, and print nothing of its own after it."""
     lines = [line for line in program.output.splitlines() if line.strip()]

@@ -62,6 +62,7 @@ from autograder.hidden.actions.judging import (
     expect_taken_over,
     expect_turns,
     expect_waiting_result,
+    expect_word,
     left_elsewhere,
     makes_more_steps,
     says_elsewhere,
@@ -84,6 +85,7 @@ WHEN = {
     "abort": "When the goal is aborted,",
     "cancel": "When the goal is cancelled,",
     "late": f"When a goal that the client has cancelled succeeds all the same, {LONG:.0f} s after it began,",
+    "at once": "When a goal that the client has cancelled is aborted all the same,",
     "few": f"When a goal succeeds after {LONG:.0f} s, and before the client has received N feedback messages,",
 }
 
@@ -682,6 +684,13 @@ def test_client_shows_feedback(clients: Mapping[str, Encounter]) -> None:
     run = clients["succeed"]
     with run.judged() as program:
         printed = Counter(numbers(program.output))
+        first, *others = run.feedback[:-1]
+        if drawn_numbers(others) <= printed and not drawn_numbers([first]) <= printed:
+            raise Wrong(
+                "The client must print each feedback message, also one that comes before the answer to its goal. It "
+                f"printed the {len(others)} after the answer, and not the one before it.",
+                f"sent {first}, shown: {program.output}",
+            )
         *others, last = run.feedback
         if not drawn_numbers(others) <= printed:
             floors, left = (Counter(map(float, part)) for part in zip(*others, strict=True))
@@ -748,6 +757,7 @@ def test_client_says_outcome(clients: Mapping[str, Encounter]) -> None:
     for name in ("succeed", "reject", "abort", "cancel"):
         with clients[name].judged() as program:
             expect_outcome(program, clients[name].end, WHEN[name])
+            expect_word(program, clients[name], WHEN[name])
             expect_outcome_last(program, clients[name], WHEN[name])
     expect_no_result(clients["reject"], clients["succeed"])
 
@@ -775,9 +785,10 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
             )
         if run.before_cancel != (wanted := run.cancel_after or 0):
             did = "fewer" if run.before_cancel < wanted else "more"
+            first = " (The first one came before the answer to its goal, and counts, too.)" if did == "more" else ""
             raise Wrong(
                 "With --cancel-after N, the client must cancel as soon as it has received N feedback messages. With "
-                f"{wanted} as N it did so after {did} than {wanted}.",
+                f"{wanted} as N it did so after {did} than {wanted}.{first}",
                 f"after {run.before_cancel}",
             )
 
@@ -800,12 +811,16 @@ def test_client_cancels_at_once(clients: Mapping[str, Encounter]) -> None:
 @points(0.25, cell="lift-client")
 @twice
 def test_client_waits_for_the_end(clients: Mapping[str, Encounter]) -> None:
-    """With --cancel-after N the client waits for the end of the goal, also when the goal succeeds all the same."""
+    """With --cancel-after N the client waits for the end of the goal, however it ends, and says which it was."""
     for name in ("late", "few"):
         run = clients[name]
         with run.judged() as program:
             expect_outcome(program, "SUCCEEDED", WHEN[name])
         expect_status(run, WHEN[name])
+    at_once = clients["at once"]
+    if at_once.output and at_once.before_cancel is not None:  # or else it is another test's
+        with at_once.judged() as program:
+            expect_outcome(program, at_once.end, WHEN["at once"])
 
 
 @points(0.25, cell="lift-client")

@@ -1057,6 +1057,30 @@ WRONG = {
         ),
         {"blocked_before"},
     ),
+    "a block counts only while a goal runs": (
+        server(
+            (
+                "        self.blocked = request.data\n",
+                """        if not request.data:
+            self.blocked = False
+        elif self.newest is not None and self.newest.is_active:
+            self.blocked = True
+""",
+            )
+        ),
+        {"blocked_before"},
+    ),
+    "to block a blocked shaft frees it when no goal runs": (
+        server(
+            (
+                "        self.blocked = request.data\n",
+                """        runs = self.newest is not None and self.newest.is_active
+        self.blocked = request.data and (runs or not self.blocked)
+""",
+            )
+        ),
+        {"blocked_before"},
+    ),
     "to block a blocked shaft frees it": (
         server(("self.blocked = request.data", "self.blocked = request.data and not self.blocked")),
         {"blocked_before"},
@@ -2157,6 +2181,32 @@ WRONG = {
         ),
         {"client_waits_for_the_end"},
     ),
+    "client says CANCELED or ABORTED by whether it has cancelled": (
+        client(
+            (CANCELS, CANCELS + "            self.over = True\n"),
+            ("        self.heard = 0\n", "        self.heard = 0\n        self.over = False\n"),
+            (
+                "        return OUTCOMES",
+                (
+                    "        if end.status != GoalStatus.STATUS_SUCCEEDED:\n"
+                    "            return 'CANCELED' if self.over else 'ABORTED'\n        return OUTCOMES"
+                ),
+            ),
+        ),
+        {"client_waits_for_the_end"},
+    ),
+    "client shows no message that comes before the answer to its goal": (
+        client((TOLD, "        if self.goal_handle:\n    " + TOLD)),
+        {"client_shows_feedback"},
+    ),
+    "client counts no message that comes before the answer to its goal": (
+        client(("        self.heard += 1\n", "        self.heard += self.goal_handle is not None\n")),
+        {"client_cancels"},
+    ),
+    "client says CANCELLED": (
+        client((SAYS, SAYS.replace("outcome)", "outcome.replace('CANCELED', 'CANCELLED'))"))),
+        {"client_says_outcome"},
+    ),
     "client waits 2 s for the end of a goal that it has cancelled": (
         client(
             ("import sys\n", "import sys\nimport time\n"),
@@ -2334,6 +2384,12 @@ DETAIL = {
     "client cancels one too late",
     "client takes --cancel-after 0 for never",
     "client says CANCELED whenever it has cancelled",
+    "client says CANCELED or ABORTED by whether it has cancelled",
+    "client shows no message that comes before the answer to its goal",
+    "client counts no message that comes before the answer to its goal",
+    "client says CANCELLED",
+    "a block counts only while a goal runs",
+    "to block a blocked shaft frees it when no goal runs",
     "client waits for a server for ever",
     "client has no usage",
     "client takes what is meant for ROS for its own",
