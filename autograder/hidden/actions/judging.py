@@ -418,17 +418,20 @@ def expect_result(program: Program, run: Encounter, how: str) -> None:
 
 def expect_outcome(program: Program, word: str, when: str) -> None:
     """The last outcome that the client names must be the one that happened."""
-    named = re.findall("|".join(OUTCOMES), program.output, re.IGNORECASE)
+    named = last_outcome(program.output)
     if not named:
         raise Wrong(
             f"{when} the client must print the outcome at the end: here, the word {word}. It printed none of the four.",
             program.output,
         )
-    if OUTCOMES[named[-1].lower()] != word:
-        raise Wrong(
-            f"{when} the last outcome that the client names must be {word}; it was {OUTCOMES[named[-1].lower()]}.",
-            program.output,
-        )
+    if named != word:
+        raise Wrong(f"{when} the last outcome that the client names must be {word}; it was {named}.", program.output)
+
+
+def last_outcome(output: str) -> str:
+    """The last outcome that a client has named, by the word of the task; empty when it has named none."""
+    named = re.findall("|".join(OUTCOMES), output, re.IGNORECASE)
+    return OUTCOMES[named[-1].lower()] if named else ""
 
 
 def expect_word(program: Program, run: Encounter, when: str) -> None:

@@ -63,6 +63,7 @@ from autograder.hidden.actions.judging import (
     expect_turns,
     expect_waiting_result,
     expect_word,
+    last_outcome,
     left_elsewhere,
     makes_more_steps,
     says_elsewhere,
@@ -818,7 +819,9 @@ def test_client_waits_for_the_end(clients: Mapping[str, Encounter]) -> None:
             expect_outcome(program, "SUCCEEDED", WHEN[name])
         expect_status(run, WHEN[name])
     at_once = clients["at once"]
-    if at_once.output and at_once.before_cancel is not None:  # or else it is another test's
+    aborted = clients["abort"]
+    right = last_outcome(aborted.output) == aborted.end  # of a goal that is aborted, and was not cancelled
+    if at_once.output and at_once.before_cancel is not None and right:  # or else it is another test's
         with at_once.judged() as program:
             expect_outcome(program, at_once.end, WHEN["at once"])
 
