@@ -50,6 +50,7 @@ def runs(bench: Bench) -> ClientRuns:
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
+    refusing_unknown = Counterpart(bench, result=refusing.response.result, success=False, message=reason)
     wrongly = Counterpart(bench, result=refusing.response.result, success=False, message=reason)  # that nobody may call
     zero = Counterpart(bench, result=0.0, success=True, message=word(9))
     infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))
@@ -59,6 +60,7 @@ def runs(bench: Bench) -> ClientRuns:
     return ClientRuns(
         answered=Call(answering, str(a), str(b), operation),
         refused=Call(refusing, p, "0", "divide"),
+        refused_unknown=Call(refusing_unknown, p, q, word(8)),
         nameless=Call(zero, p, q, ""),
         unknown=Call(infinite, p, q, word(6)),
         unusual=Call(silent, f"{p}e-12", f"+.{q}", f" {word(5).capitalize()} ", *FOR_ROS),

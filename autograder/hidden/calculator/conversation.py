@@ -450,6 +450,7 @@ class ClientRuns:
 
     answered: Call
     refused: Call  # the server answers with success False
+    refused_unknown: Call  # the same, for an operation that only the server knows, and a b that is not 0
     nameless: Call  # an operation without a name; the result is 0
     unknown: Call  # an operation that only the server knows; the result is inf
     unusual: Call  # numbers and an operation as nobody writes them, arguments for ROS, and no answer

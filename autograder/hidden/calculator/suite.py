@@ -13,6 +13,7 @@ import random
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import product
 from typing import Any
 
 from calculator_interfaces.srv import Calculate
@@ -277,8 +278,9 @@ def reason(message: str) -> str:
 def test_each_answer_stands_alone(calculator: Calculator, left_alone: LeftAlone, rng: random.Random) -> None:
     """Each answer depends on its own request alone: not on earlier ones, nor on another client's at the same time."""
     before = calculator.answers([plain_numbers(rng)])
-    for question, answer in before.items():
-        refusal = calculator.provoke(1.0, "modulo", 2.0)
+    refused = [(1.0, "modulo", 2.0), (1.0, "", 2.0), (1.0, "divide", 0.0)]
+    for (question, answer), bad in product(before.items(), refused):
+        refusal = calculator.provoke(*bad)
         after = calculator.ask(*question)
         if not same(after, answer):
             raise Wrong(
@@ -351,7 +353,7 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (1.0, "modulo", 2.0),
         (1.0, "", 2.0),
         (2.0, "x" * 5000, 3.0),
-        (3.0, "Überlauf\n%s{}", 4.0),
+        (3.0, "Überlauf\n%s{}", 2.0),
         (1.0, "destroy_node", 2.0),  # names of what every node has
         (1.0, "__init__", 2.0),
         (1e308, "add", 1e308),  # no float64 is as large as what these make
@@ -359,7 +361,8 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (1e308, "multiply", -10.0),
         (-1e308, "divide", 0.1),
         (math.inf, "subtract", math.inf),
-        (math.nan, "multiply", 1.0),
+        *((math.inf, operation, 1.0) for operation in ANSWERS),
+        *((1.0, operation, math.nan) for operation in ANSWERS),
     ]:
         calculator.ask(a, operation, b)
     after = calculator.ask(*question)
@@ -578,11 +581,19 @@ def test_client_shows_message(runs: ClientRuns) -> None:
             call.run.output,
         )
     message = call.response.message
+    expect_message(call, message, "with a server that refuses", "")
+    if runs.refused_unknown.reached:  # that it calls, another test judges
+        doing = "with a server that refuses an operation that only the server knows"
+        expect_message(runs.refused_unknown, message, doing, ", also when an operation is refused that is no division")
+
+
+def expect_message(call: Call, message: str, doing: str, also: str) -> None:
+    """The client shows the message of a refusal."""
     ways = message, message.replace("\n", "\\n")  # a client may print it in quotes, or the whole response
     if not call.comes_to(lambda: any(way in call.run.output for way in ways)):
-        output = call.run.finish("with a server that refuses").output
+        output = call.run.finish(doing).output
         raise Wrong(
-            "When success is False, the client must show the message of the response as it is. "
+            f"When success is False, the client must show the message of the response as it is{also}. "
             f"{call.what_it_did}{how_differs(message, output)}",
             f"answered {message!r}, shown: {output}",
         )
@@ -692,7 +703,9 @@ def test_client_exit_status(runs: ClientRuns) -> None:
         if (status := call.run.status(doing)) and not call.run.raised:
             raise Wrong(f"{doing[0].upper()}{doing[1:]}, the exit status must be 0. It is {status}.")
     with_server = {"with a server that refuses": runs.refused.run, **runs.misused}
-    if runs.speechless.reached:  # that it calls, another test judges
+    if runs.refused_unknown.reached:  # that it calls, another test judges
+        with_server["with a server that refuses an operation that only the server knows"] = runs.refused_unknown.run
+    if runs.speechless.reached:
         with_server["with a server that refuses without a message, and has the result 0"] = runs.speechless.run
     statuses = {doing: run.status(doing) for doing, run in with_server.items()}
     for doing, run in {"without a server": runs.absent, UNANSWERED: runs.unanswered.run}.items():

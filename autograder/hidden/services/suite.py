@@ -51,6 +51,7 @@ UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
 GOES_ON = f"After a call that failed because nobody offered {ADD}, the relay must keep running; it ended"
+WISHES = 4  # refused requests to enable during one emergency stop
 OFTEN = 60  # requests to enable and to disable
 OFTEN_TAKES = 3.0  # s after which no more of these are sent
 KEPT = 6.5  # s for which the motors keep their state when nobody asks for anything
@@ -159,7 +160,21 @@ def test_success(motors: Motors) -> None:
     for state in STATES if motors.status_answers else ():
         if motors.bring(state):
             expect_success(motors.status(), True, STATUS, state)
+    with on_wrong(motors.forget):
+        expect_success_after_refusal(motors)
     expect_success_often(motors)
+
+
+def expect_success_after_refusal(motors: Motors) -> None:
+    """A refusal is of one request alone: what is asked next is none, whatever it is."""
+    right_after = f", right after a refused {ENABLE}"
+    if motors.status_answers and motors.bring(STOPPED) and motors.attempt(ENABLE, True) is not None:
+        expect_success(motors.status(), True, f"{STATUS}{right_after}", STOPPED)
+    for service, on in COMMANDS[1:]:
+        if motors.bring(STOPPED) and motors.attempt(ENABLE, True) is not None:
+            response = motors.attempt(service, on)
+            if response is not None:
+                expect_success(response, True, f"{service} with data {on}{right_after}", STOPPED)
 
 
 def expect_success_often(motors: Motors) -> None:
@@ -696,7 +711,7 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
     for before, meanwhile in [
         (ENABLED, []),
         (ENABLED, [wish, wish]),
-        (DISABLED, [wish, wish]),
+        (DISABLED, [wish] * WISHES),  # who ends the stop at one of these starts at the next one
         (ENABLED, [*[(ENABLE, False)] * 3, wish]),
         (ENABLED, [(STOP, True), wish]),
     ]:

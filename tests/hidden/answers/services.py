@@ -919,6 +919,39 @@ WRONG = {
         {"repeating_changes_nothing"},
     ),
     "status has no success when stopped": (motors((STATUS, STATUS.replace("True", "not self.stopped"))), {"success"}),
+    "status and the end of a stop have the success of the latest enable": (
+        motors(
+            ("        self.stopped = False\n", "        self.stopped = False\n        self.ok = True\n"),
+            ("and response.success\n", "and response.success\n        self.ok = response.success\n"),
+            ("response.success = True", "response.success = self.ok"),
+        ),
+        {"success"},
+    ),
+    "the end of a stop has the success of the latest enable": (
+        motors(
+            ("        self.stopped = False\n", "        self.stopped = False\n        self.ok = True\n"),
+            ("and response.success\n", "and response.success\n        self.ok = response.success\n"),
+            (
+                "        response.success = True\n",
+                "        response.success = self.ok or not hasattr(request, 'data')\n",
+            ),
+        ),
+        {"success"},
+    ),
+    "the second refused enable ends the stop": (
+        motors(
+            ("        self.stopped = False\n", "        self.stopped = False\n        self.asked = 0\n"),
+            ("self.stopped = request.data\n", "self.stopped = request.data\n        self.asked = 0\n"),
+            (
+                "and response.success\n",
+                """and response.success
+        self.asked += not response.success
+        self.stopped = self.stopped and self.asked < 2
+""",
+            ),
+        ),
+        {"stays_still"},
+    ),
     "status names two states": (
         motors(
             (

@@ -179,6 +179,21 @@ WRONG = {
         ),
         {"survives_bad_requests"},
     ),
+    "adds by eval": (
+        server(("request.a + request.b", "eval(f'{request.a} + {request.b}')")),
+        {"survives_bad_requests"},
+    ),
+    "refuses what follows an empty operation": (
+        server(
+            (
+                "        response.success = True\n",
+                """        response.success = not getattr(self, 'empty', False)
+        self.empty = request.operation == ''
+""",
+            )
+        ),
+        {"each_answer_stands_alone"},
+    ),
     "crash on division by zero": (
         server((REFUSE_ZERO, "")),
         {"division_by_zero", "survives_bad_requests", "refuses_and_goes_on"},
@@ -945,6 +960,29 @@ WRONG = {
     "client takes the message for a format": (
         client(("f'{operation} failed: {response.message}'", "('%s failed: ' + response.message) % operation")),
         {"client_shows_message"},
+    ),
+    "client takes every refusal but a division's for a success": (
+        client(("if not response.success:", "if not response.success and operation == 'divide':")),
+        {"client_shows_message", "client_exit_status"},
+    ),
+    "client prints its usage for a refused operation that it does not know": (
+        client(
+            (
+                "    if not response.success:\n",
+                """    if not response.success and operation not in USAGE:
+        print(USAGE)
+        return 2
+    if not response.success:
+""",
+            )
+        ),
+        {"client_shows_message"},
+    ),
+    "client fails only when a division is refused": (
+        client(
+            ("{response.message}')\n        return 1", "{response.message}')\n        return operation == 'divide'")
+        ),
+        {"client_exit_status"},
     ),
     "client ends with the result of a refusal": (
         client(("{response.message}')\n        return 1", "{response.message}')\n        return int(response.result)")),
