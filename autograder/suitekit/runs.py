@@ -15,6 +15,7 @@ from course.foundation.waiting import wait_until
 LIMIT = 10.0  # s that a client may run, with or without a server
 MOST = 0.95  # of the time that a client must wait for an answer, which may begin before its request is on its way
 GRACE = 3.0  # s more for a program to load on a busy machine
+UNCAUGHT = 1  # the exit status of a program that an exception ends
 SIGNALLED = 128  # exit statuses from here on may mean a signal, and not the program's own exit
 CAUSES = {  # what may be behind a signal that the program's text does not name
     "SIGABRT": " A possible cause is a thread that still spins when main ends: stop its executor, or shut rclpy down, "
@@ -84,7 +85,9 @@ class Run:
         """
         program = self._ended(doing, limit)
         if program.raised:
-            died = f"{self.file}, run {doing}, died: {last_words(program)}."
+            # An exception that ends a program makes its exit status 1: with another one it was caught and printed.
+            how = "died" if program.exit_status == UNCAUGHT else "printed a traceback"
+            died = f"{self.file}, run {doing}, {how}: {last_words(program)}."
             raise Crashed(died, certain=is_of_text(program))
         return program
 

@@ -91,6 +91,7 @@ def test_a_client_that_gives_up_with_words_passes():
         (Program(status=134, signal="SIGABRT"), Crashed, "a thread that still spins when main ends"),
         (Program(status=139, signal="SIGSEGV"), Crashed, "ended by the signal SIGSEGV"),
         (Program(raised=True, output="ValueError"), Crashed, "died: ValueError"),
+        (Program(raised=True, output="ValueError", status=2), Crashed, "printed a traceback: ValueError"),
         (Program(stopped="it printed too much"), Crashed, "was stopped: it printed too much"),
         (Program(ends=False), TimedOut, "still running after 10 s"),
     ],

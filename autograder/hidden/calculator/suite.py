@@ -297,6 +297,12 @@ def test_each_answer_stands_alone(calculator: Calculator, left_alone: LeftAlone,
     for operation in calculator.abilities:
         for question in [(a, operation, b), (a, operation, d), (c, operation, b)]:
             if not about_right(question, response := calculator.ask(*question)):
+                if question == (a, operation, b) and len(calculator.abilities) > 1:  # of which each was asked for
+                    raise Wrong(
+                        "When the numbers of an earlier request come with another operation, the answer must fit the "
+                        f"new operation. With '{operation}' it does not.",
+                        f"{question}: got {response}",
+                    )
                 raise Wrong(
                     "When only one of the two numbers is another than in an earlier request, the answer must fit the "
                     f"new numbers. With '{operation}' it does not.",

@@ -46,6 +46,7 @@ NO_RESULT = "Callback returned an invalid type"  # rclpy's reason, where a callb
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 DECIMALS = 0.0101  # what an effort of two decimals may differ by; that it has no more is judged by other tests
+ALIKE = 0.05  # of a number's size: what other tests judge, such as rounding
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
 
@@ -68,6 +69,7 @@ class PidNode(TopicProgram):
     has_answered = False  # an error, at any time
     first_by_old_kp = False  # whether its first effort was by the kp from before the last set
     integral_waits = False  # while the effort is clamped
+    beside = ""  # which limit could not be set by `arrange`, as a sentence for the student
     gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 
     def __init__(self, bench: Bench, *args: str, renamed: Renamed):
@@ -129,6 +131,11 @@ class PidNode(TopicProgram):
                 self.forget()
         answers = self.store(everything)
         got = self.get()
+        self.beside = "".join(
+            f" (This test has set {name} to {everything[name]:g}: it was {refusal(answers.get(name))}.)"
+            for name in WIDE
+            if name in answers and not answers[name].successful and got.get(name) != everything[name]
+        )
         for name in RANGES:
             if (name in got or name in values) and got.get(name) != everything[name]:
                 raise Wrong(
@@ -175,7 +182,7 @@ class PidNode(TopicProgram):
         if not near(answer.effort, effort, room):
             right, got = apart(effort, answer.effort)
             raise Wrong(
-                f"{about}: {right} was right, and it was {got}.",
+                f"{about}: {right} was right, and it was {got}.{self.beside}",
                 f"error {error}: expected {effort}, got {answer.effort}, parameters {self.get()}",
             )
         return answer
@@ -266,7 +273,7 @@ def why_no_controller(pid: PidNode, launched: PidNode) -> str:
         pid.store({"ki": 0.0, "kd": 0.0, "kp": kp} | WIDE)  # the limits, too: an earlier test may have moved them
         pid.send(-STILL)
         before.append(pid.send(STILL).effort)
-    if before[0] and near(before[1], 2 * before[0]):
+    if before[0] and math.isclose(before[1], 2 * before[0], rel_tol=ALIKE):
         return ""
     pid.start_fresh()
     launched.start_fresh()

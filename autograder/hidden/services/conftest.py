@@ -45,7 +45,7 @@ def lonely(bench: Bench, asking: Asking) -> Relay:
 
 @pytest.fixture(scope="session", autouse=True)
 def begun(request: pytest.FixtureRequest) -> None:
-    """Have all programs start at once that a test uses."""
-    for name in ("motors", "relay", "lonely"):
+    """Have the programs start at once that a test uses, but for one that is called at its start."""
+    for name in ("motors", "relay"):
         if name in used(request):
             request.getfixturevalue(name).begin()

@@ -16,6 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
 from autograder.suitekit import ANSWER, SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
+from autograder.suitekit.lifecycle import State
 from autograder.suitekit.printed_numbers import GROUPED
 from course.foundation.waiting import wait_until
 
@@ -49,6 +50,8 @@ EARLY = 0.2  # s in which a caller is answered who waits for nothing
 SENT = 2.0  # s until a request has arrived, when its answer was not waited for
 UNASKED = 3  # waits for a request that were in vain, in a row, after which the relay is known not to ask
 UNASKED_FOR = 0.15  # s until a request has arrived that a relay sends when its parameters are set
+LOOKS = 0.05  # s between two looks at whether a program offers its service
+OFFERED = 3.0  # s until a program that has been started offers its service, when it is not waited for otherwise
 SENT_BY_SUCH = 0.5  # s until the request of such a relay has arrived, if it does ask after all
 
 
@@ -499,6 +502,8 @@ class Relay(Server):
         self._called = 0.0  # and the latest call by `answers_again`
         self._answers = 0  # to calls of this start
         self._unasked: int | None = None  # the requests that it sends when its parameters are set; None: not known
+        self._calls_first = False  # whether the next start is called as soon as it offers /relay
+        self._first: list[float] = []  # when that call was made (s of time.monotonic), and how long its answer took (s)
         self._latest = "", 0  # the message of the latest call, and the number of sums that were answered before it
 
     @property
@@ -539,7 +544,49 @@ class Relay(Server):
         self._place = self.bench.enter(self.ros.domain, threads=CALLERS + 2)  # seen before its service comes
         if self.served:
             self.serve()
-        return super().connect() | self.parameters.connect()
+        offers = super().connect() | self.parameters.connect()
+        if self._calls_first:
+            first: list[float] = []
+            self._first = first
+            client, ros = self.clients[RELAY], self.ros
+
+            def look() -> None:
+                if client.service_is_ready():
+                    timer.cancel()
+                    first.append(time.monotonic())
+                    future = ros.send(client, Trigger.Request())
+                    future.add_done_callback(lambda _: first.append(time.monotonic() - first[0]))
+
+            timer = ros.node.create_timer(LOOKS, look)
+        return offers
+
+    def call_at_start(self) -> None:
+        """Start it unless it runs, and have it called as soon as it offers /relay; nothing of this is waited for."""
+        if self.state is State.DOWN:
+            self._calls_first = True
+            with suppress(Fault):  # of the place where it should start: the next question has it, too
+                self.begin()
+            self._calls_first = False
+
+    def wait_for_first_answer(self, limit: float) -> None:
+        """Wait until the call at its start has its answer, at most `limit` s after it.
+
+        A program that has ended is started again by the next question, which tells why.
+        """
+        if self.state is not State.STARTING:
+            return
+        program, first = self.program, self._first
+        wait_until(lambda: first or not program.alive, self.allow(OFFERED))
+        if first:
+            left = first[0] + limit - time.monotonic()
+            wait_until(lambda: len(first) > 1 or not program.alive, self.allow(left))
+        if not program.alive:
+            self.end()
+
+    def first_answer_took(self) -> float:
+        """How long (s) the answer to the call at its start took; 0 when none has come, or it has been told already."""
+        first, self._first = self._first, []
+        return first[1] if len(first) > 1 else 0.0
 
     def serve(self) -> None:
         """Offer /add_two_ints, unless it is offered already."""
@@ -781,12 +828,22 @@ class Relay(Server):
         """Whether one of the futures gets a response, soon; raises Crashed."""
         return self._soon(lambda: any(future.done() for future in futures))
 
-    def expect_no_early_answer(self, futures: Sequence[Any]) -> None:
-        """None of the callers may be answered while the adder holds its answers; raises Wrong, and Crashed."""
+    def expect_no_early_answer(self, futures: Sequence[Any], just_sent: bool = True) -> None:
+        """None of the callers may be answered while the adder holds its answers; raises Wrong, and Crashed.
+
+        An adder that has given up holding has answered: that is wrong when the requests were `just_sent`.
+        """
         if self.wait_for(lambda: any(future.done() for future in futures), EARLY):
             response = next(future.result() for future in futures if future.done())
             for future in futures:
                 self.clients[RELAY].remove_pending_request(future)
+            if self.adder.given_up and not just_sent:
+                return
+            if self.adder.given_up:
+                raise Wrong(
+                    f"The requests of {len(futures)} calls of {RELAY} must go out to {ADD} at once, while it has not "
+                    f"answered the first one: here they took more than {HELD:.0f} s."
+                )
             raise Wrong(
                 f"{RELAY} must answer with what {ADD} has answered: it gave its caller {shown(response)} while {ADD} "
                 "had not answered yet."
@@ -885,7 +942,7 @@ class Relay(Server):
         with self.adder.holding(SENT, enough=CALLERS):
             responses = self.call_at_once(
                 [[Trigger.Request()]] * CALLERS,
-                "do all threads wait, so that none is left to take in the answers of /add_two_ints?",
+                "do all threads wait, or pause, so that none is left to take in the answers of /add_two_ints?",
             )
         return [response for (response,) in responses]
 

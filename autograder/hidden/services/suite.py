@@ -46,6 +46,7 @@ from course.foundation.waiting import wait_until
 PROMPT = 5.0  # s in which the relay must answer when /add_two_ints is not available
 BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
+STARTED = PROMPT + 2 * SLACK  # s, the same for a program that has only just started
 LATER = 0.8  # s after a failed call for which the relay is seen to go on
 UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
@@ -484,7 +485,7 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
                 "the parameters a and b got no answer."
             )
         if not relay.adder.given_up:
-            relay.expect_no_early_answer(futures)
+            relay.expect_no_early_answer(futures, just_sent=False)
         else:
             took = time.monotonic() - start
             raise Wrong(
@@ -508,8 +509,9 @@ def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
 
 @points(0.5, cell="relay")
 @twice
-def test_slow_answer(relay: Relay, rng: random.Random) -> None:
+def test_slow_answer(relay: Relay, lonely: Relay, rng: random.Random) -> None:
     """An answer that /add_two_ints takes more than 5 s for is waited for, and passed on at once."""
+    lonely.call_at_start()  # which the next test judges
     relay.relay()
     start = time.monotonic()
     usual = relay.relay()
@@ -552,6 +554,8 @@ def test_slow_answer(relay: Relay, rng: random.Random) -> None:
 @twice
 def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
     """Without /add_two_ints the relay says so within 5 s, to six callers at once, too."""
+    lonely.call_at_start()
+    lonely.wait_for_first_answer(STARTED)
     lonely.up(offer(RELAY))
     start = time.monotonic()
     response = lonely.relay()
@@ -562,6 +566,13 @@ def test_without_add_two_ints(lonely: Relay, relay: Relay) -> None:
         raise Wrong(f"When {ADD} is not available, the message must say so; it is empty.")
     if took > PROMPT + SLACK:
         raise Wrong(f"When {ADD} is not available, the answer must come within {PROMPT:.0f} s; it took {took:.1f} s.")
+    with on_wrong(lonely.end):  # once more, by a start of its own
+        if (first := lonely.first_answer_took()) > STARTED:
+            raise Wrong(
+                f"When {ADD} is not available, the answer must come within {PROMPT:.0f} s, also right after the start: "
+                f"{RELAY} was called as soon as it was there, and answered after {first:.1f} s. (A later call had its "
+                f"answer after {took:.1f} s.)"
+            )
     times = lonely.told_after(PROMPT + SLACK)
     in_turn = took > IN_TURN and min((b - a for a, b in pairwise(times)), default=0.0) > took / 2
     if not times or (in_turn and times[-1] > PROMPT + AT_ONCE):

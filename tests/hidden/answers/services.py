@@ -1098,6 +1098,15 @@ WRONG = {
         relay(("            response.message = '/add_two_ints is not there'\n", "")),
         {"without_add_two_ints"},
     ),
+    "relay waits 10 s for a server when it has just started": (
+        relay(
+            (
+                "        self.get_logger().info('Relay ready')\n",
+                "        self.client.wait_for_service(timeout_sec=10.0)\n",
+            )
+        ),
+        {"without_add_two_ints"},
+    ),
     "relay has success without a server": (
         relay(("response.success = False", "response.success = True")),
         {"without_add_two_ints"},
