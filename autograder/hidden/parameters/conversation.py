@@ -46,7 +46,7 @@ NO_RESULT = "Callback returned an invalid type"  # rclpy's reason, where a callb
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 DECIMALS = 0.0101  # what an effort of two decimals may differ by; that it has no more is judged by other tests
-ALIKE = 0.05  # of a number's size: what other tests judge, such as rounding
+ALIKE = 0.01  # of a number's size: what other tests judge, such as rounding
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
 
