@@ -1,1 +1,1 @@
-"""Why a program fails, what its text does by mistake, and where it waits for ever: from its text and its errors."""
+"""Explanations of programs from their texts and errors: causes of failures, mistakes, lines that wait for ever."""

@@ -1,4 +1,4 @@
-"""What a program does as a whole, by its text: whether it makes a node, serves, spins it, and calls its `main`."""
+"""The outline of a program, by its text: whether it makes a node, serves, spins it, and calls its `main`."""
 
 import ast
 import inspect

@@ -149,7 +149,9 @@ def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
             continue
         target, written = (ast.get_source_segment(cell, each) or "" for each in (node.targets[0], node.value))
         if written.startswith("+") and f"{target} ={written}" in (ast.get_source_segment(cell, node) or ""):
-            text = f"`{target} ={written}` sets it anew. To add to it, write `{target} += {written[1:].lstrip()}`."
+            text = (
+                f"`{target} ={written}` replaces its value. To add to it, write `{target} += {written[1:].lstrip()}`."
+            )
             yield node.lineno, text
 
 

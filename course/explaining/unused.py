@@ -1,4 +1,4 @@
-"""What a text makes and nothing uses, where what it is for is certain: a callback, or the result of a check."""
+"""Things that a text makes and nothing uses, where their purpose is certain: a callback, or the result of a check."""
 
 import ast
 from collections.abc import Collection, Iterator

@@ -413,7 +413,7 @@ RESULT = "return SetParametersResult(successful=True)"
         ("add", "self.big = request.a == '5'", "is always false: the field is a number. Compare it with a number."),
         ("add", "self.big = request.a == 5 and response.sum == '5'", ""),
         ("add", "self.total =+ request.a * 2",
-         "line 20: `self.total =+ request.a * 2` sets it anew. To add to it, write `self.total += request.a * 2`."),
+         "line 20: `self.total =+ request.a * 2` replaces its value. To add to it, write `self.total += request.a *"),
         ("add", "self.total = +request.a", ""),
         ("add", "self.total =+ 5", ""),
         ("add", "question.a = 1\n        question.a = 2",

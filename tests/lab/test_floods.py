@@ -335,6 +335,7 @@ def test_walls_and_places_that_are_no_numbers_are_left_out():
     marker = Marker(ns="room")
     for x in (0.0, 1.0, float("nan"), 2.0, float("inf"), 3.0, 4.0, 5.0):
         marker.points.append(type(marker.pose.position)(x=x, y=1.0))
+    listener._fast = None
     listener._last, listener.fast_world = {"/walls": serialize_message(marker)}, lambda: None
     assert listener.walls()[1:] == ("room", [0.0, 1.0, 1.0, 1.0, 4.0, 1.0, 5.0, 1.0])
     listener._hits = deque()

@@ -102,7 +102,7 @@ def test_send_goal_says_which_value_does_not_fit(ros2, values, message):
 
 def test_send_goal_refuses_what_is_no_action_type(ros2):
     """ros2cli's message for a type that is not there."""
-    done = ros2("action", "send_goal", "/fibonacci", "nowhere/action/Fibonacci", "{}")
+    done = ros2("action", "send_goal", "/fibonacci", "nowhere/action/Nothing", "{}")
     assert (done.returncode, done.stderr) == (1, "The passed action type is invalid\n")
 
 

@@ -1,4 +1,4 @@
-"""What a page loads as a part of itself, such as a picture, is a file: any other address is refused.
+"""A guard for the parts of a page, such as its pictures: they are files, and any other address is refused.
 
 A notebook that was handed in may have pictures, sounds and styles at any address of the server of whoever opens it.
 Without this, some of these addresses would act as soon as it is looked at: `/logout` ends the login.
