@@ -109,7 +109,8 @@ class Details:
                 for service, kind in kinds.items()
                 if is_valid(self._name)
             ]
-        found = {**endpoints(live, self._name), **self._parameters()}
+        parameters = self._parameters()  # first, because a node that has ended is waited for
+        found = {**endpoints(live, self._name), **parameters}
         if found == self._last:
             return None
         self._last = found
