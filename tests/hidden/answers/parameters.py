@@ -1128,11 +1128,11 @@ WRONG = {
     ),
     "efforts rounded to two decimals": (
         node(("Float64(data=effort)", "Float64(data=round(effort, 2))")),
-        {"proportional", "integral", "launch_values_are_used"},
+        {"proportional", "integral"},
     ),
     "efforts cut off after two decimals": (
         node(("Float64(data=effort)", "Float64(data=int(100 * effort) / 100)")),
-        {"proportional", "integral", "launch_values_are_used"},
+        {"proportional", "integral"},
     ),
     "a ki that is changed by little leaves the integral": (
         node(("param.value != self.ki:", "abs(param.value - self.ki) > 0.001:")),
