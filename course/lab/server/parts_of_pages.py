@@ -1,7 +1,7 @@
 """A guard for the parts of a page, such as its pictures: they are files, and any other address is refused.
 
 A notebook that was handed in may have pictures, sounds and styles at any address of the server of whoever opens it.
-Without this, some of these addresses would act as soon as it is looked at: `/logout` ends the login.
+Without this, an address that does more than show something would do so as soon as the notebook is looked at.
 """
 
 from jupyter_server.base.handlers import JupyterHandler
