@@ -1,14 +1,17 @@
 """Hints on what a line gives to a field of a message: something else than a value, as its text shows."""
 
 import ast
+import contextlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from course.explaining.interface_fields import fields_of
+from course.explaining.missing_names import MOST
 from course.explaining.mixups import assigned, line_tree, returned
 from course.explaining.nothing import returned_nothing
-from course.explaining.source import CALLBACKS, Function, argument, calls, functions, name_of, named, parse
+from course.explaining.source import CALLBACKS, Function, argument, calls, functions, name_of, named, parse, undecorated
+from course.foundation.untrusted import read_regular
 
 
 def no_value(found: re.Match[str], source: str, code: str) -> str:
@@ -30,7 +33,7 @@ def _given(field: str, code: str) -> Iterator[ast.expr]:
 
 
 def _method(given: ast.expr, source: str) -> str:
-    methods = {each.name for each in functions(parse(source)) if not each.decorator_list}
+    methods = undecorated(functions(parse(source)))
     if isinstance(given, ast.Attribute) and name_of(given.value) == "self" and given.attr in methods:
         return f"`{ast.unparse(given)}` is the method itself. Call it: `{ast.unparse(given)}()`."
     return ""
@@ -81,8 +84,9 @@ def _dict_of(value: ast.expr, source: str) -> ast.Dict | None:
         return None
     texts = [source]
     for node in ast.walk(parse(source)):
-        path = Path(f"{node.module}.py") if isinstance(node, ast.ImportFrom) else None
-        texts += [path.read_text(encoding="utf-8", errors="replace")] if path and path.is_file() else []
+        if isinstance(node, ast.ImportFrom):
+            with contextlib.suppress(OSError, ValueError):  # none of the folder's
+                texts.append(read_regular(Path(f"{node.module}.py"), MOST).decode(errors="replace"))
     made = [each for text in texts for _, each in returned(name_of(value.func), text)]
     return made[0] if made and all(isinstance(each, ast.Dict) for each in made) else None  # type: ignore[return-value]
 

@@ -21,6 +21,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
     timer_in_a_callback,
+    undecorated,
     without_global,
 )
 from course.explaining.unmeant import unmeant
@@ -197,7 +198,7 @@ def _set_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
 
 def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield methods used as statements, without their brackets: `goal_handle.succeed`."""
-    own = {function.name for function in functions(tree) if not function.decorator_list}
+    own = undecorated(functions(tree))
     for function in functions(tree):
         for node in bare_statements(function):
             of_self = isinstance(node.value, ast.Attribute) and name_of(node.value.value) == "self"
@@ -231,7 +232,7 @@ def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield methods used without a call as a condition: `if self.is_fresh:`."""
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-        own = {each.name for each in functions_of(cls) if not each.decorator_list}
+        own = undecorated(functions_of(cls))
         nodes = (node for node in ast.walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
         stored = {name_of(node) for node in nodes if isinstance(node.ctx, ast.Store)}
         for node in ast.walk(cls):

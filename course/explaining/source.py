@@ -88,6 +88,11 @@ def functions(tree: ast.AST) -> Iterator[Function]:
     return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
+def undecorated(made: Iterable[Function]) -> set[str]:
+    """Return the names of those of these functions that have no decorator, which may make anything of one."""
+    return {each.name for each in made if not each.decorator_list}
+
+
 def named(tree: ast.AST, names: Collection[str]) -> Iterator[Function]:
     """Yield the functions of these names, but not of a name that several have: a callback may be any of them.
 
