@@ -91,17 +91,14 @@ def _attribute_of_a_node(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-def _fields_of_a_message(name: str) -> list[str]:
-    for module in MESSAGES:
-        kind: Any = getattr(importlib.import_module(module), name, None)
-        if hasattr(kind, "get_fields_and_field_types"):
-            return list(kind.get_fields_and_field_types())
-    return []
+def _is_message(name: str) -> bool:
+    kinds = (getattr(importlib.import_module(module), name, None) for module in MESSAGES)
+    return any(hasattr(kind, "get_fields_and_field_types") for kind in kinds)
 
 
 def _whole_message(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on square brackets after a message, where a dict or a list is expected."""
-    if not _fields_of_a_message(found[1]):
+    if not _is_message(found[1]):
         return ""
     return (
         f"This is a whole message, a {found[1]}, and not a dict or a list: check what is passed here. The fields of a "

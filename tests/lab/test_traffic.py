@@ -163,7 +163,7 @@ def test_a_client_of_a_node_in_the_kernel_is_seen(kernel, page):
 
 def test_a_call_that_a_cell_sends_by_a_node_of_its_own_is_the_nodes(kernel, page):
     kernel.run(
-        "import rclpy\nfrom rclpy.node import Node\n"
+        "import rclpy\nfrom rclpy.node import Node\nfrom example_interfaces.srv import AddTwoInts\n"
         "class Asker(Node):\n"
         "    def __init__(self):\n"
         "        super().__init__('asker', namespace='/room')\n"
