@@ -314,11 +314,13 @@ def of_type(kind: type[Any], service: str) -> None:
         raise LiveError(f"{service} is served with the type {served[0]}; it must be {wanted}.")
 
 
-def node_of(service: str) -> str:
-    """Return the full name of the node that serves `service`; raises LiveError if none does within 5 s.
+def node_of(service: str, process: Handle) -> str:
+    """Return the full name of the node of `process` that serves `service`; raises LiveError if none does within 10 s.
 
-    Which node has an endpoint is published by its program apart from the endpoint: it may be known later.
+    Which of several nodes has an endpoint is published by their program apart from the endpoint: it may be known later.
     """
+    if isinstance(process, NodeProcess) and len(process.nodes) == 1:
+        return process.nodes[0]
     presence = Presence(live().node)
     found: list[str] = []
 
@@ -326,7 +328,7 @@ def node_of(service: str) -> str:
         found[:] = [name for name in presence.names() if service in presence.services(name)]
         return bool(found)
 
-    if not live().until(is_known):
+    if not live().until(is_known, timeout=10.0):
         raise LiveError(f"no node serves {service}")
     return found[0]
 

@@ -43,7 +43,7 @@ print(''.join(said), connection)
 
 # What the other user does meanwhile: listens at every port of the student's, and opens every socket and file.
 LISTEN = """
-import glob, json, os, socket, sys, time
+import json, os, socket, sys, time
 import zmq
 STUDENT, home = int(sys.argv[1]), sys.argv[2]
 ports = {int(words[1].split(':')[1], 16) for table in ('tcp', 'tcp6') for words in
@@ -78,7 +78,13 @@ for start in (home + '/.local/share/jupyter/runtime', f'/tmp/ros2-course-{STUDEN
     except OSError:
         pass
 def shared(mode):
-    return [path for path in glob.glob('/dev/shm/*') if os.stat(path).st_uid == STUDENT and os.access(path, mode)]
+    found = [file for file in os.scandir('/dev/shm') if os.access(file.path, mode)]  # not what has gone meanwhile
+    return [file.path for file in found if owner(file) == STUDENT]
+def owner(file):
+    try:
+        return file.stat().st_uid
+    except FileNotFoundError:
+        return None
 print(json.dumps(dict(heard=heard, opened=opened, ports=len(ports), read=shared(os.R_OK), written=shared(os.W_OK))))
 """
 

@@ -144,7 +144,7 @@ def test_nothing_is_judged_while_another_node_serves_its_names(folder, session):
 
 def test_the_node_of_a_service_may_be_known_later_than_the_service(folder, session, monkeypatch):
     (folder / "server.py").write_text(SERVER)
-    judging.judge("server.py", names=("/asked",))
+    process = judging.judge("server.py", names=("/asked",))
     session.wait_for_service("/asked", Trigger)
     known, looks = judging.Presence.services, []
 
@@ -153,7 +153,9 @@ def test_the_node_of_a_service_may_be_known_later_than_the_service(folder, sessi
         return known(*asked) if len(looks) > 4 else set()
 
     monkeypatch.setattr(judging.Presence, "services", late)
-    assert judging.node_of("/asked") == "/asked" and len(looks) > 4
+    assert judging.node_of("/asked", process) == "/asked" and not looks, "a program of one node leaves no question"
+    process.nodes.append("/another")
+    assert judging.node_of("/asked", process) == "/asked" and len(looks) > 4
 
 
 def test_a_full_disk_leaves_the_file_as_it_was(folder, monkeypatch):
