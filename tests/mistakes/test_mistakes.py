@@ -1,13 +1,18 @@
 """Every mistake of the collection tells its own story, in time; and the page made from it is up to date."""
 
+import ast
 import re
 from collections import Counter
+from collections.abc import Iterator
+from functools import cache
+from itertools import chain
 from pathlib import Path
 
 import pytest
 
 from autograder.gradebook.leaks import ANSWER, secrets
 from course.explaining.hints import hint
+from course.foundation import cells
 from tests.mistakes import INTERRUPT, SOLUTIONS, Mistake, collection
 from tests.mistakes.page import CONTENTS, DOCS, pages
 from tests.mistakes.run import Kernels
@@ -188,6 +193,32 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/wrong_name": "tests/session/test_matching.py",
     "services/wrong_type": "tests/session/test_matching.py",
 }
+LONG = {  # which take more than 3 s: each run looks for their sentences where the course writes them
+    "actions/cancel_rejected",
+    "actions/client_exit_status",
+    "actions/one_thread",
+    "actions/server_raises_under_the_clients_check",
+    "actions/state_never_set",
+    "ai_integration/agent_returns_nothing",
+    "ai_integration/loop_in_the_constructor",
+    "calculator/client_decides_itself",
+    "parameters/callback_returns_nothing",
+    "parameters/efforts_by_a_timer",
+    "parameters/integral_stops_at_the_limits",
+    "parameters/last_error_is_never_kept",
+    "parameters/limits_are_compared_with_the_defaults",
+    "parameters/sleeps_in_a_callback",
+    "parameters/the_same_effort_is_left_out",
+    "services/another_folder",
+    "services/call_that_nobody_serves",
+    "services/callback_loops_under_ros2",
+    "services/gone_is_never_noticed",
+    "services/loop_keeps_the_node_from_being_spun",
+    "services/relay_never_succeeds",
+    "services/service_in_the_default_group",
+    "services/shuts_down_in_a_callback",
+}
+SENTENCE = 40  # letters at least of a sentence that the course writes
 LIVE = 2  # mistakes of each exercise at least that are made in each run
 
 
@@ -239,7 +270,40 @@ def test_a_hint_follows_from_its_error(mistake):
     assert re.fullmatch(".*".join(map(re.escape, wanted.split("..."))), given), given
 
 
-NIGHTLY = {*map(name_of, HINTED), *ELSEWHERE}  # each run tests what they show without a kernel
+def texts() -> Iterator[tuple[str, ...]]:
+    """Yield each line of text that the course or a public check may print, as its parts between what it fills in."""
+    root = SOLUTIONS.parent
+    modules = (path.read_text(encoding="utf-8") for path in (root / "course").rglob("*.py"))
+    notebooks = map(cells.read, root.glob("notebooks/*/*.ipynb"))
+    checks = (cell.source for notebook in notebooks for cell in notebook if cell.public_check)
+    for source in chain(modules, checks):
+        for node in ast.walk(ast.parse(source)):
+            if isinstance(node, ast.JoinedStr):
+                whole = "".join(part.value if isinstance(part, ast.Constant) else "{}" for part in node.values)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                whole = node.value
+            else:
+                continue
+            for line in whole.splitlines():
+                yield tuple(re.split(r"\{[^{}]*\}", line))
+
+
+@cache
+def sentences() -> list[re.Pattern[str]]:
+    return [
+        re.compile(".*".join(map(re.escape, parts)))
+        for parts in {*texts()}
+        if sum(len(part.strip()) for part in parts) >= SENTENCE
+    ]
+
+
+@pytest.mark.parametrize("mistake", [each for each in ALL if name_of(each) in LONG], ids=name_of)
+def test_the_course_writes_the_sentence_of_a_mistake_that_takes_long(mistake):
+    shown = [line for step in mistake.steps for line in step.shown]
+    assert [line for line in shown if any(each.search(line) for each in sentences())], shown
+
+
+NIGHTLY = {*map(name_of, HINTED), *ELSEWHERE, *LONG}  # each run tests what they show without a kernel
 MADE = [pytest.param(each, marks=[pytest.mark.matrix] * (name_of(each) in NIGHTLY)) for each in ALL]
 
 

@@ -214,6 +214,7 @@ def empty(tmp_path, monkeypatch):
     live.live().close()
 
 
+@pytest.mark.matrix  # the notebooks themselves run it, with these outputs
 @pytest.mark.parametrize("exercise", answers.names())
 def test_the_reference_passes(empty, exercise):
     assert set(Page(exercise).judge(answers.solution(exercise)).values()) == {cells.PASSED}
