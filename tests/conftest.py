@@ -128,6 +128,14 @@ SHARED = {
     "classroom": ("tests/classroom/",),
     "mistakes": ("tests/mistakes/",),
 }
+# Then the files that wait rather than work: at the end they would leave the processor idle.
+WAITING = (
+    "tests/session/test_doing.py",
+    "tests/notebook/test_terminal.py",
+    "tests/grading/test_batch.py",
+    "tests/lab/test_inspector.py",
+    "notebooks/",
+)
 
 
 # What a page or a hub does at moments of its own is waited for; a second try is granted all the same, and named.
@@ -163,8 +171,13 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.long(QUEUE))
         if long := item.get_closest_marker("long"):
             assert long.args, f"{item.nodeid}: the marker long needs a reason"
-    first = [*SHARED]
-    items.sort(key=lambda item: first.index(name) if (name := group(item.nodeid)) in first else len(first))
+    first = [*SHARED, *WAITING]
+
+    def turn(item) -> int:
+        name = group(item.nodeid)
+        return next((number for number, place in enumerate(first) if name.startswith(place)), len(first))
+
+    items.sort(key=turn)
 
 
 def pytest_xdist_make_scheduler(config, log):

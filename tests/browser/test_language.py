@@ -1,6 +1,7 @@
 """The highlighter of interface definitions: in a file's editor and in the cell that writes it, in both themes."""
 
 import nbformat
+import pytest
 from playwright.sync_api import Locator, Page, expect
 
 from course.foundation.waiting import wait_until
@@ -77,6 +78,7 @@ def expect_words_in_both_themes(page: Page, editor: Locator, lines: list[list[tu
         keep_picture(page, f"language-{name}-{theme.lower()}")
 
 
+@pytest.mark.matrix  # only colours
 def test_a_definition_is_coloured_in_its_file_and_in_the_cell_that_writes_it(lab, page):
     parse(TEXT, "Sensor.srv")  # ROS reads it
     folder = lab[2] / "language"

@@ -147,6 +147,7 @@ WITHIN = """details => {
 }"""
 
 
+@pytest.mark.matrix  # tests/lab/test_nodes.py has what is told of a log, and the test above a log that is searched
 def test_the_log_follows_its_end_and_an_opened_node_comes_into_sight_beside_many_nodes(lab, page):
     panel = begin(page, lab, "many")
     page.set_viewport_size({"width": 1280, "height": 800})

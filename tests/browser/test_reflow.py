@@ -129,6 +129,7 @@ def plot(page: Page) -> Locator:
     return panel
 
 
+@pytest.mark.matrix  # tests/browser/test_robot.py ends on a narrow page, and test_hand_in.py has one
 def test_no_panel_is_cut_off_or_scrolls_two_ways_at_200_percent_and_on_a_phone(lab, chromium):
     page = chromium.new_page(viewport=WIDE, device_scale_factor=2)
     page.set_default_timeout(WAIT)

@@ -102,6 +102,7 @@ def check_the_first_screen(page: Page) -> None:
     expect(printed).to_be_in_viewport()
 
 
+@pytest.mark.matrix  # each other test opens a notebook by its address
 @pytest.mark.long("all ways to open a notebook")
 def test_a_notebook_opens_beside_notebooks_and_stays_in_front(lab, page):
     """Whatever is in front when it is opened; and when the page is loaded again, at the start page's address."""
