@@ -6,10 +6,13 @@ at the end of a program.
 """
 
 import functools
+import importlib
+import sys
 import threading
 import time
 import warnings
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
 HANDED_OVER = 50e-6  # s
@@ -21,12 +24,14 @@ RESPONSES = {
     "Service": ["service_send_response"],
     "ActionServer": ["send_goal_response", "send_cancel_response", "send_result_response"],
 }
+GENERATOR = "rosidl_generator_py.generate_py_impl"
 _patched = threading.Lock()
 _repeating = threading.Lock()  # one attempt at a time
 
 
 def patch() -> None:
     """Patch rclpy in this process; calling it again changes nothing."""
+    load_generator_later()
     from rclpy import executors
     from rclpy.action import ActionClient
     from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -36,6 +41,30 @@ def patch() -> None:
             lock_action_clients(ActionClient)
             _hand_over_to_workers(executors)
             repeat_lost_responses(rclpy_implementation)
+
+
+def load_generator_later() -> None:
+    """Keep the first message of a process from loading the parser of interface definitions, which only a build uses.
+
+    Seen in rosidl_generator_py 0.22: the package from which each message has `import_type_support` imports its
+    generator, too, and with it lark: a tenth of the time in which a node starts.
+    """
+    if GENERATOR in sys.modules:
+        return
+    later = ModuleType(GENERATOR, load_generator_later.__doc__)
+
+    def generator() -> ModuleType:
+        if sys.modules.get(GENERATOR) is later:
+            del sys.modules[GENERATOR]
+        return importlib.import_module(GENERATOR)
+
+    def other(name: str) -> Any:
+        if name.startswith("__"):  # Python's own questions at an import
+            raise AttributeError(name)
+        return getattr(generator(), name)
+
+    vars(later).update(generate_py=lambda *args, **kwargs: generator().generate_py(*args, **kwargs), __getattr__=other)
+    sys.modules[GENERATOR] = later
 
 
 def lock_action_clients(action_client: type) -> None:

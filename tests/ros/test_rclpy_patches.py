@@ -85,6 +85,33 @@ def test_a_patch_is_made_once():
     assert [inspect.unwrap(method) is not method for method in patched] == [True] * len(patched)
 
 
+def loaded(before: str) -> str:
+    """Return True, as text, if the first message of a process has loaded the parser of interface definitions."""
+    first = "from std_srvs.srv import Trigger\ntype(Trigger).__import_type_support__()"
+    program = f"{before}\n{first}\nimport sys\nprint('lark' in sys.modules)"
+    return subprocess.check_output([sys.executable, "-c", program], text=True, timeout=60)
+
+
+def test_a_message_still_loads_the_parser_of_definitions():
+    """When this fails, rosidl_generator_py loads it only for a build itself: remove `load_generator_later`."""
+    assert loaded("") == "True\n"
+    assert loaded("from course.ros.rclpy_patches import load_generator_later as later\nlater()\nlater()") == "False\n"
+
+
+def test_the_generator_is_there_for_a_build():
+    """Also for whoever asks for another part of it by its name."""
+    asked = """from course.ros.rclpy_patches import load_generator_later
+load_generator_later()
+from rosidl_generator_py import generate_py
+from rosidl_generator_py.generate_py_impl import SPECIAL_NESTED_BASIC_TYPES
+import rosidl_generator_py.cli
+try:
+    generate_py('nothing.json', [])
+except FileNotFoundError:
+    print(len(SPECIAL_NESTED_BASIC_TYPES) > 5)"""
+    assert subprocess.check_output([sys.executable, "-c", asked], text=True, timeout=60) == "True\n"
+
+
 def test_a_program_that_the_session_starts_locks_its_action_clients_too(tmp_path):
     program = "from rclpy.action import ActionClient\nprint(hasattr(ActionClient.send_goal_async, '__wrapped__'))"
     with (tmp_path / "stacks").open("w") as stacks:

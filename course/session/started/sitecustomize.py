@@ -94,6 +94,7 @@ def patch(executors: Any) -> None:
     from rclpy.impl.implementation_singleton import rclpy_implementation
 
     patches = load_patches()
+    patches.load_generator_later()
     patches.repeat_lost_responses(rclpy_implementation)
     begin_and_raise_at_once(executors, patches.HANDED_OVER)
 
