@@ -34,6 +34,7 @@ from course.explaining.source import (
     functions,
     idle,
     made_at,
+    makes_one_node,
     name_of,
     named,
     one_at_a_time,
@@ -319,7 +320,7 @@ def node_of(service: str, process: Handle) -> str:
 
     Which of several nodes has an endpoint is published by their program apart from the endpoint: it may be known later.
     """
-    if isinstance(process, NodeProcess) and len(process.nodes) == 1:
+    if isinstance(process, NodeProcess) and len(process.nodes) == 1 and makes_one_node(process.source):
         return process.nodes[0]
     presence = Presence(live().node)
     found: list[str] = []
