@@ -155,6 +155,7 @@ class Calls:
         self, client: Client, future: Future, raised: Mapping[LiveNode, int], deadline: float, timeout: float
     ) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
+        asked = [each for each in list(self._handles.values()) if service in each.services]
         hanging = self.hanging(service, deadline - time.monotonic())
         # What cannot be read is dropped; one that awaits may be at rest, too, and answer later.
         old = bool(self._old_definition(service)) and not any("await" in each.source for each in servers)
@@ -178,6 +179,8 @@ class Calls:
             self._owing -= {*servers}
             return future.result()
         client.remove_pending_request(future)
+        if asked and not any(each in asked for each in list(self._handles.values())):
+            raise CallTimeout(f"{service} did not answer: its server was stopped meanwhile. Call again once it runs.")
         serving = [each for each in list(self._handles.values()) if service in each.services]
         dead = bool(serving) and not any(each.alive for each in serving)
         self._look_at(service, again=dead or bool(raising()))

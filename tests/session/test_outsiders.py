@@ -211,6 +211,28 @@ def test_a_server_of_the_sessions_own_node_is_not_taken_for_one_that_was_killed(
         session.call("held", AddTwoInts, timeout=1.0)
 
 
+def test_a_server_that_was_stopped_while_it_was_asked_is_not_called_busy(session):
+    asked, ends = threading.Event(), threading.Event()
+
+    class Patient(Node):
+        def __init__(self):
+            super().__init__("patient")
+            self.create_service(AddTwoInts, "patient_sum", self.add)
+
+        def add(self, request, response):
+            asked.set()
+            ends.wait(5.0)
+            return response
+
+    session.start(Patient)
+    stopper = threading.Thread(target=lambda: asked.wait(5.0) and session.stop("patient"))
+    stopper.start()
+    with pytest.raises(CallTimeout, match="did not answer: its server was stopped meanwhile"):
+        session.call("patient_sum", AddTwoInts, timeout=1.5)
+    ends.set()
+    stopper.join()
+
+
 def test_a_file_that_takes_the_place_of_a_class_is_told_unless_the_name_is_its_own(session, server):
     other = server.with_name("other.py")
     other.write_text(SERVER)
