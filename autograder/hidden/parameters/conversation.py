@@ -117,6 +117,14 @@ class PidNode(TopicProgram):
         """The values of those of its parameters that are declared."""
         return self.parameters.get(*DEFAULTS)
 
+    def takes(self, **gains: float) -> bool:
+        """Set gains that are in their ranges; return False if one is refused, which other tests judge.
+
+        A range may have a step, in which the smallest gains are not.
+        """
+        self.bench.hide(*gains.values())
+        return all(answer.successful for answer in self.store(gains).values())
+
     def arrange(self, **values: float) -> None:
         """Set gains and limits (by default gains of 0, and limits that clamp nothing), to test something else.
 
