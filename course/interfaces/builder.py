@@ -7,6 +7,7 @@ import os
 import platform
 import re
 import shutil
+import site
 import subprocess
 import sys
 import sysconfig
@@ -15,6 +16,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
+from importlib.machinery import PathFinder
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -56,7 +58,9 @@ TOOL_CHAIN = (
     "ros-jazzy-common-interfaces",
     "numpy",
 )
-
+PACKAGE = re.compile(r"[a-z](_?[a-z0-9]+)*")
+STARTING = ("sitecustomize", "usercustomize")  # imported by each Python at its start
+COURSE = Path(__file__).parents[2]  # the folder in which the course's own packages are
 
 # Called with a package's name before another build of it takes its place in this process.
 on_replace: list[Callable[[str], None]] = []
@@ -123,12 +127,12 @@ def build(
     Raises InterfaceError, with the file and the line, when a definition or a name is not valid, and ToolChainError
     when the tool chain itself fails.
     """
-    if not re.fullmatch(r"[a-z](_?[a-z0-9]+)*", package):
+    if not PACKAGE.fullmatch(package):
         raise InterfaceError(
             f"'{package}' is not a valid package name: use lower-case letters, digits and single underscores"
         )
-    if use and _is_of_ros(package):
-        raise InterfaceError(f"{package} is a package of ROS 2, which yours would hide: choose another name")
+    if use and (hidden := hides(package)):
+        raise InterfaceError(f"{package} is {hidden}, which yours would hide: choose another name")
     texts = _read(files)
     definitions = [parse(text, name, package) for name, text in texts.items()]
     _check_types(package, definitions)
@@ -148,11 +152,24 @@ def build(
     return built
 
 
-def _is_of_ros(package: str) -> bool:
-    """Return True for a package beside rclpy, in the wheels or in a sourced ROS 2."""
+def hides(package: str) -> str:
+    """Return what a package of this name would hide: a package of ROS 2, or an installed module; '' for nothing.
+
+    ROS 2 is what lies beside rclpy, in the wheels or in a sourced ROS 2.  Packages of a workspace, other builds and
+    files in the folder do not count.
+    """
     prefixes = [Path(prefix) for prefix in (sys.prefix, *os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep))]
-    found = [prefix / "share" for prefix in prefixes if (prefix / "share" / "rclpy").is_dir()]
-    return any((share / package / "package.xml").is_file() for share in found)
+    of_ros = [prefix for prefix in prefixes if (prefix / "share" / "rclpy").is_dir()]
+    if any((prefix / "share" / package / "package.xml").is_file() for prefix in of_ros):
+        return "a package of ROS 2"
+    if package in sys.stdlib_module_names or package in STARTING:
+        return "a module of Python"
+    places = [sysconfig.get_path("stdlib"), *site.getsitepackages()]
+    places += [str(place) for prefix in of_ros for place in prefix.glob("lib/python3*/site-packages")]
+    found = PathFinder.find_spec(package, places)
+    if (COURSE / package / "__init__.py").is_file() or (found and found.origin):  # a mere folder has no origin
+        return "an installed Python module"
+    return ""
 
 
 def identity(package: str, files: Mapping[str, str] | Iterable[str | Path]) -> str:

@@ -3,23 +3,32 @@
 `%%exercise Calculate.srv --package calculator_interfaces` builds a package from the definitions in a folder.  A small
 file in that folder records it, so that a new kernel, a terminal and `ros2` in the same folder find the package, too. It
 contains no paths, so it stays valid when the folder is copied or renamed.
+
+The folder, and so the record, may come from somebody else, as a hand-in does.  So a process in the folder only uses
+builds that are in its user's cache.  It builds a changed package again only if the record's entry has a mark that shows
+that this user has built the package in this very folder.
 """
 
+import hashlib
+import hmac
 import json
 import re
+import secrets
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from filelock import FileLock
 
 from course.errors import InterfaceError
 from course.foundation import storage
-from course.interfaces.builder import Built, build, cache_folder, identity
+from course.interfaces.builder import PACKAGE, Built, build, cache_folder, hides, identity
 
 RECORD = ".interfaces.json"
-PLAIN = re.compile(r"\w[\w.]*", re.ASCII)  # a name that cannot lead to another folder
+DEFINITION = re.compile(r"\w[\w.]*", re.ASCII)  # a name that cannot lead to another folder
+BUILD = re.compile(r"[0-9a-f]{20}")
+KEY = "record.key"  # in the cache: a number known only to this user, with which entries are marked
 
 
 @dataclass(frozen=True)
@@ -29,6 +38,7 @@ class Kept:
     package: str
     files: tuple[str, ...]  # names of its definitions, in the folder
     prefix: Path  # of its last build
+    mark: str = ""  # shows by whom, and in which folder, it was built
 
 
 def record_file(folder: Path) -> Path:
@@ -37,41 +47,85 @@ def record_file(folder: Path) -> Path:
 
 
 def packages(folder: Path) -> list[Kept]:
-    """The packages that were built in `folder`."""
+    """The packages in the record of `folder`, also those that were built elsewhere.
+
+    A package that would hide a package of ROS 2 or an installed module is left out.
+    """
     try:
         found = json.loads(record_file(folder).read_text(encoding="utf-8"))["packages"].items()
-        return [_kept(package, tuple(each["files"]), each["build"]) for package, each in found]
+        read = [_kept(package, **each) for package, each in found]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
+    return [kept for kept in read if not hides(kept.package)]
 
 
-def _kept(package: str, files: tuple[str, ...], name: str) -> Kept:
+def _kept(package: str, files: list[str], build: str, mark: str = "") -> Kept:
     """Read an entry of a record, which may come from somebody else's folder; raises ValueError for an invalid name."""
-    if not all(PLAIN.fullmatch(part) for part in (package, name, *files)):
+    names = bool(files) and all(DEFINITION.fullmatch(name) for name in files)
+    if not (names and PACKAGE.fullmatch(package) and BUILD.fullmatch(build)):
         raise ValueError
-    return Kept(package, files, cache_folder() / "interfaces" / package / name)
+    return Kept(package, tuple(files), cache_folder() / "interfaces" / package / build, str(mark))
 
 
 def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
     """Record that `built` was made from these definitions of `folder`; each belongs only to its last package."""
-    path = record_file(folder)
     with FileLock(cache_folder() / "record.lock"):
-        before = {kept.package: {"files": list(kept.files), "build": kept.prefix.name} for kept in packages(folder)}
+        key = _key() or _new_key()
+        before = packages(folder)
         moved = set(files)
-        known = {
-            package: {**each, "files": left}
-            for package, each in before.items()
-            if (left := [name for name in each["files"] if name not in moved])
-        }
-        known[built.package] = {"files": sorted(moved), "build": built.prefix.name}
-        if known != before:
-            storage.replace(path, json.dumps({"packages": known}).encode())
+        known = {kept.package: kept for kept in before}
+        for kept in before:
+            if moved.intersection(kept.files):
+                fewer = replace(kept, files=tuple(name for name in kept.files if name not in moved), mark="")
+                known[kept.package] = _marked(folder, fewer, key) if _is_from_here(folder, kept, key) else fewer
+        new = Kept(built.package, tuple(sorted(moved)), built.prefix)
+        known[built.package] = _marked(folder, new, key)
+        now = [kept for kept in known.values() if kept.files]
+        if now != before:
+            entries = {
+                kept.package: {"files": kept.files, "build": kept.prefix.name, "mark": kept.mark} for kept in now
+            }
+            storage.replace(record_file(folder), json.dumps({"packages": entries}).encode())
+
+
+def _key() -> bytes:
+    """Return this user's key; b'' if there is none yet."""
+    try:
+        return (cache_folder() / KEY).read_bytes()
+    except OSError:
+        return b""
+
+
+def _new_key() -> bytes:
+    key = secrets.token_hex().encode()
+    storage.replace(cache_folder() / KEY, key, storage.PRIVATE)
+    return key
+
+
+def _marked(folder: Path, kept: Kept, key: bytes) -> Kept:
+    """Return the entry with the mark that it gets from this user in this folder."""
+    text = json.dumps([str(folder.resolve()), kept.package, kept.files, kept.prefix.name])
+    return replace(kept, mark=hmac.new(key, text.encode(), hashlib.sha256).hexdigest())
+
+
+def _is_from_here(folder: Path, kept: Kept, key: bytes) -> bool:
+    """Return True if this user has built the package in this folder."""
+    return bool(key) and hmac.compare_digest(_marked(folder, kept, key).mark.encode(), kept.mark.encode())
 
 
 def refresh(folder: Path) -> list[str]:
-    """Build changed packages again; return a line for each of them, and for each whose definitions are gone."""
+    """Build changed packages again; return a line for each of them, and for each whose definitions are gone.
+
+    Only what this user has built in this folder is built again: a line says what else is not built, or has changed.
+    """
     said = []
+    key = _key()
+    missing = []
     for kept in packages(folder):
+        here = _is_from_here(folder, kept, key)
+        if not here and not kept.prefix.exists():
+            missing.append(kept)
+            continue
         gone = [name for name in kept.files if not (folder / name).exists()]
         if gone:
             said.append(
@@ -80,7 +134,13 @@ def refresh(folder: Path) -> list[str]:
             continue
         try:
             paths = [folder / name for name in kept.files]
-            if kept.prefix.name != identity(kept.package, paths):
+            changed = kept.prefix.name != identity(kept.package, paths)
+            if changed and not here:
+                said.append(
+                    f"{kept.package} stays as it was last built, and {', '.join(kept.files)} or the course has changed "
+                    f"since. To build it again, run the cell {_cell(kept)}."
+                )
+            elif changed:
                 keep(folder, build(kept.package, paths, use=False), kept.files)
                 said.append(
                     f"{', '.join(kept.files)} has changed: {kept.package} was built again. "
@@ -92,7 +152,17 @@ def refresh(folder: Path) -> list[str]:
             said.append(f"{kept.package} was not built again: {error}")
         except (RuntimeError, OSError) as error:
             said.append(f"{kept.package} could not be built again: {str(error).splitlines()[0]}")
+    if missing:
+        others = f" (and {len(missing) - 1} more)" if missing[1:] else ""
+        said.append(
+            f"{missing[0].package}{others} has not been built on this machine: run the cell {_cell(missing[0])}."
+        )
     return said
+
+
+def _cell(kept: Kept) -> str:
+    """Return how the cell begins that builds a package."""
+    return f"`%%exercise {kept.files[0]} --package {kept.package}`"
 
 
 def use(folder: Path) -> None:

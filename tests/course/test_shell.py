@@ -1,5 +1,6 @@
 """environment/shell: a terminal, or one command, in the course's world, and in the session of its folder."""
 
+import json
 import os
 import re
 import shutil
@@ -15,7 +16,8 @@ import pytest
 
 from course import registry
 from course.foundation.waiting import wait_until
-from course.interfaces import build, kept
+from course.interfaces import InterfaceError, build, kept
+from course.interfaces.builder import Built
 from course.lab.server.prompts import AGAIN, ENDS, waits
 from tests.kernels import Kernel
 from tests.processes import runs
@@ -141,10 +143,10 @@ def test_a_folder_made_anew_under_an_old_name_remembers_nothing(tmp_path):
     "record",
     [
         '{"packages": {"ask": {"files": ["Ask.srv"], "build": ".."}}}',
-        '{"packages": {"../ask": {"files": ["Ask.srv"], "build": "0a"}}}',
-        '{"packages": {"ask": {"files": ["../Ask.srv"], "build": "0a"}}}',
+        '{"packages": {"../ask": {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}}}',
+        '{"packages": {"ask": {"files": ["../Ask.srv"], "build": "0123456789abcdef0123"}}}',
         '{"packages": {"ask": {"files": ["Ask.srv"], "build": 3}}}',
-        '{"packages": {"ask": {"files": 3, "build": "0a"}}}',
+        '{"packages": {"ask": {"files": 3, "build": "0123456789abcdef0123"}}}',
         '{"packages": []}',
         "[]",
         "not JSON",
@@ -153,6 +155,70 @@ def test_a_folder_made_anew_under_an_old_name_remembers_nothing(tmp_path):
 def test_a_record_from_elsewhere_leads_to_no_other_folder(record, tmp_path):
     kept.record_file(tmp_path).write_text(record)
     assert kept.packages(tmp_path) == [] and kept.refresh(tmp_path) == []
+
+
+@pytest.mark.parametrize("change", ["nothing", "the definition", "the name"])
+def test_a_handed_in_record_has_nothing_built_and_nothing_added(change, environment, tmp_path):
+    """Not in a folder that came with its record, and not where the reader has once built a package of this name."""
+    folder = tmp_path / "calculator"
+    folder.mkdir()
+    (folder / "Ask.srv").write_text("int32 a\n---\n")
+    record = {"ask": {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}}
+    if change == "the definition":
+        kept.keep(folder, build("ask", [folder / "Ask.srv"], use=False), ["Ask.srv"])
+        record = json.loads(kept.record_file(folder).read_text())["packages"]
+        folder = folder.rename(tmp_path / "eve")
+        (folder / "Ask.srv").write_text(f"int32 other{os.getpid()}\n---\n")
+    elif change == "the name":
+        record = {"encodings": record["ask"]}
+    kept.record_file(folder).write_text(json.dumps({"packages": record}))
+    built = Path(environment["COURSE_CACHE"]) / "interfaces"
+    before = sorted(built.glob("*/*"))
+    done = shell(environment, folder, "python3", "-c", "import os; print(os.environ['PYTHONPATH'])")
+    assert done.returncode == 0 and sorted(built.glob("*/*")) == before
+    cell = "run the cell `%%exercise Ask.srv --package ask`.\n"
+    assert (done.stdout, done.stderr) == {
+        "nothing": ("\n", f"ask has not been built on this machine: {cell}"),
+        "the definition": (
+            f"{built / 'ask' / record.get('ask', {}).get('build', '') / 'lib' / 'python'}\n",
+            "ask stays as it was last built, and Ask.srv or the course has changed since. To build it again, " + cell,
+        ),
+        "the name": ("\n", ""),
+    }[change]
+
+
+@pytest.mark.parametrize("how", [shutil.copytree, shutil.move])
+def test_a_folder_that_was_moved_or_copied_finds_what_was_built_in_it(how, environment, tmp_path):
+    (tmp_path / "first").mkdir()
+    (tmp_path / "first" / "Ask.srv").write_text("int32 a\n---\n")
+    kept.keep(tmp_path / "first", build("ask", [tmp_path / "first" / "Ask.srv"], use=False), ["Ask.srv"])
+    how(tmp_path / "first", tmp_path / "second")
+    done = shell(environment, tmp_path / "second", "python3", "-c", "from ask.srv import Ask; print(Ask.__name__)")
+    assert (done.stdout, done.stderr) == ("Ask\n", "")
+
+
+def test_a_cell_does_not_vouch_for_the_rest_of_a_record_from_elsewhere(tmp_path):
+    """Of two packages in a copied folder, only the one that is built there is built again when it has changed."""
+    (tmp_path / "first").mkdir()
+    for name in ("Ask", "Tell"):
+        (tmp_path / "first" / f"{name}.srv").write_text("int32 a\n---\n")
+        built = build(name.lower(), [tmp_path / "first" / f"{name}.srv"], use=False)
+        kept.keep(tmp_path / "first", built, [f"{name}.srv"])
+    copy = shutil.copytree(tmp_path / "first", tmp_path / "copy")
+    kept.keep(copy, build("ask", [copy / "Ask.srv"], use=False), ["Ask.srv"])
+    for name in ("Ask", "Tell"):
+        (copy / f"{name}.srv").write_text("int32 b\n---\n")
+    again, stays = sorted(kept.refresh(copy))
+    assert again.startswith("Ask.srv has changed: ask was built again") and stays.startswith("tell stays as it was")
+
+
+@pytest.mark.parametrize("name", ["encodings", "sitecustomize", "yaml", "course", "rclpy", "std_msgs"])
+def test_a_record_names_no_package_that_would_hide_another(name, tmp_path):
+    (tmp_path / "Ask.srv").write_text("int32 a\n---\n")
+    with pytest.raises(InterfaceError, match=f"{name} is .*, which yours would hide: choose another name"):
+        build(name, [tmp_path / "Ask.srv"])
+    kept.keep(tmp_path, Built(name, tmp_path / "interfaces" / name / "0123456789abcdef0123"), ["Ask.srv"])
+    assert kept.record_file(tmp_path).exists() and kept.packages(tmp_path) == []
 
 
 def test_two_terminals_that_build_at_once_build_once(environment, tmp_path):
