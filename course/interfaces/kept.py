@@ -28,6 +28,9 @@ from course.interfaces.builder import PACKAGE, Built, build, cache_folder, hides
 RECORD = ".interfaces.json"
 DEFINITION = re.compile(r"\w[\w.]*", re.ASCII)  # a name that cannot lead to another folder
 BUILD = re.compile(r"[0-9a-f]{20}")
+MOST_PACKAGES = 50  # of a folder; the ones that were built last
+MOST_FILES = 100  # of a package
+LONGEST_NAME = 100  # characters
 KEY = "record.key"  # in the cache: a number known only to this user, with which entries are marked
 
 
@@ -53,7 +56,7 @@ def packages(folder: Path) -> list[Kept]:
     """
     try:
         found = json.loads(record_file(folder).read_text(encoding="utf-8"))["packages"].items()
-        read = [_kept(package, **each) for package, each in found]
+        read = [_kept(package, **each) for package, each in list(found)[-MOST_PACKAGES:]]
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return []
     return [kept for kept in read if not hides(kept.package)]
@@ -61,8 +64,9 @@ def packages(folder: Path) -> list[Kept]:
 
 def _kept(package: str, files: list[str], build: str, mark: str = "") -> Kept:
     """Read an entry of a record, which may come from somebody else's folder; raises ValueError for an invalid name."""
-    names = bool(files) and all(DEFINITION.fullmatch(name) for name in files)
-    if not (names and PACKAGE.fullmatch(package) and BUILD.fullmatch(build)):
+    names = 0 < len(files) <= MOST_FILES and all(DEFINITION.fullmatch(name) for name in files)
+    short = all(len(name) <= LONGEST_NAME for name in (package, *files))
+    if not (names and short and PACKAGE.fullmatch(package) and BUILD.fullmatch(build)):
         raise ValueError
     return Kept(package, tuple(files), cache_folder() / "interfaces" / package / build, str(mark))
 
@@ -78,8 +82,10 @@ def keep(folder: Path, built: Built, files: Iterable[str]) -> None:
             if moved.intersection(kept.files):
                 fewer = replace(kept, files=tuple(name for name in kept.files if name not in moved), mark="")
                 known[kept.package] = _marked(folder, fewer, key) if _is_from_here(folder, kept, key) else fewer
-        new = Kept(built.package, tuple(sorted(moved)), built.prefix)
-        known[built.package] = _marked(folder, new, key)
+        new = _marked(folder, Kept(built.package, tuple(sorted(moved)), built.prefix), key)
+        if known.get(built.package) != new:
+            known.pop(built.package, None)  # the newest is the last
+            known[built.package] = new
         now = [kept for kept in known.values() if kept.files]
         if now != before:
             entries = {

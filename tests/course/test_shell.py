@@ -147,6 +147,8 @@ def test_a_folder_made_anew_under_an_old_name_remembers_nothing(tmp_path):
         '{"packages": {"ask": {"files": ["../Ask.srv"], "build": "0123456789abcdef0123"}}}',
         '{"packages": {"ask": {"files": ["Ask.srv"], "build": 3}}}',
         '{"packages": {"ask": {"files": 3, "build": "0123456789abcdef0123"}}}',
+        json.dumps({"packages": {"ask": {"files": ["Ask.srv"] * 101, "build": "0123456789abcdef0123"}}}),
+        json.dumps({"packages": {"a" * 101: {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}}}),
         '{"packages": []}',
         "[]",
         "not JSON",
@@ -210,6 +212,14 @@ def test_a_cell_does_not_vouch_for_the_rest_of_a_record_from_elsewhere(tmp_path)
         (copy / f"{name}.srv").write_text("int32 b\n---\n")
     again, stays = sorted(kept.refresh(copy))
     assert again.startswith("Ask.srv has changed: ask was built again") and stays.startswith("tell stays as it was")
+
+
+def test_a_record_names_at_most_fifty_packages(tmp_path):
+    """The newest: one that is built later is not lost."""
+    entry = {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}
+    kept.record_file(tmp_path).write_text(json.dumps({"packages": {f"ask_{i}": entry for i in range(300)}}))
+    kept.keep(tmp_path, Built("newest", tmp_path / entry["build"]), ["Newest.srv"])
+    assert [each.package for each in kept.packages(tmp_path)] == [*(f"ask_{i}" for i in range(251, 300)), "newest"]
 
 
 @pytest.mark.parametrize("name", ["encodings", "sitecustomize", "yaml", "course", "rclpy", "std_msgs"])
