@@ -24,6 +24,7 @@ from filelock import FileLock
 
 from course.errors import InterfaceError, ToolChainError
 from course.foundation.folders import user_cache
+from course.foundation.untrusted import read_regular
 from course.interfaces.definition import Definition, near_types, parse, without_comments
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
@@ -58,6 +59,7 @@ TOOL_CHAIN = (
     "ros-jazzy-common-interfaces",
     "numpy",
 )
+LARGEST = 1_000_000  # bytes of a definition
 PACKAGE = re.compile(r"[a-z](_?[a-z0-9]+)*")
 STARTING = ("sitecustomize", "usercustomize")  # imported by each Python at its start
 COURSE = Path(__file__).parents[2]  # the folder in which the course's own packages are
@@ -183,15 +185,22 @@ def _read(files: Mapping[str, str] | Iterable[str | Path]) -> dict[str, str]:
     if isinstance(files, Mapping):
         texts = dict(files)
     else:
-        try:
-            texts = {Path(file).name: Path(file).read_text(encoding="utf-8") for file in files}
-        except OSError as error:
-            raise InterfaceError(f"cannot read {error.filename}: {error.strerror}") from None
-        except UnicodeDecodeError:
-            raise InterfaceError("a definition must be UTF-8 text") from None
+        texts = {Path(file).name: read_definition(Path(file)) for file in files}
     if not texts:
         raise InterfaceError("a package needs at least one .msg, .srv or .action file")
     return dict(sorted(texts.items()))
+
+
+def read_definition(file: Path) -> str:
+    """Return the text of a definition's file; raises InterfaceError if it cannot be read, is too large or no text."""
+    try:
+        return read_regular(file, LARGEST).decode().replace("\r\n", "\n").replace("\r", "\n")
+    except OSError as error:
+        raise InterfaceError(f"cannot read {error.filename}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InterfaceError("a definition must be UTF-8 text") from None
+    except ValueError as error:
+        raise InterfaceError(f"cannot read {file}: {error}") from None
 
 
 def _key(package: str, texts: Mapping[str, str]) -> str:

@@ -23,9 +23,11 @@ from filelock import FileLock
 
 from course.errors import InterfaceError
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 from course.interfaces.builder import PACKAGE, Built, build, cache_folder, hides, identity
 
 RECORD = ".interfaces.json"
+LARGEST = 100_000  # bytes of a record
 DEFINITION = re.compile(r"\w[\w.]*", re.ASCII)  # a name that cannot lead to another folder
 BUILD = re.compile(r"[0-9a-f]{20}")
 MOST_PACKAGES = 50  # of a folder; the ones that were built last
@@ -55,9 +57,9 @@ def packages(folder: Path) -> list[Kept]:
     A package that would hide a package of ROS 2 or an installed module is left out.
     """
     try:
-        found = json.loads(record_file(folder).read_text(encoding="utf-8"))["packages"].items()
+        found = json.loads(read_regular(record_file(folder), LARGEST))["packages"].items()
         read = [_kept(package, **each) for package, each in list(found)[-MOST_PACKAGES:]]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return []
     return [kept for kept in read if not hides(kept.package)]
 

@@ -21,6 +21,7 @@ from course.foundation import storage
 from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
 from course.interfaces import InterfaceError, build
+from course.interfaces.builder import read_definition
 from course.interfaces.kept import keep, packages
 from course.notebook import file_record
 from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
@@ -187,11 +188,9 @@ def _check_syntax(path: Path, cell: str) -> None:
 def _interface(path: Path, cell: str, package: str) -> None:
     # The other definitions of the package in this folder are built with it: one may use another.
     known = next((kept.files for kept in packages(Path()) if kept.package == package), ())
-    texts: dict[str | Path, str] = {
-        name: Path(name).read_text(encoding="utf-8") for name in known if Path(name).exists()
-    }
     try:
-        built = build(package, {**texts, path.name: cell})
+        others = [Path(name) for name in known if name != path.name and Path(name).exists()]
+        built = build(package, {**{each.name: read_definition(each) for each in others}, path.name: cell})
     except InterfaceError as error:
         raise ExerciseError(str(error)) from None
     _write(path, cell)

@@ -214,6 +214,34 @@ def test_a_cell_does_not_vouch_for_the_rest_of_a_record_from_elsewhere(tmp_path)
     assert again.startswith("Ask.srv has changed: ask was built again") and stays.startswith("tell stays as it was")
 
 
+@pytest.mark.timeout(30)  # s; a pipe would be waited for without an end
+@pytest.mark.parametrize("content", ["long", "deep", "a pipe"])
+def test_a_record_is_a_small_ordinary_file(content, tmp_path):
+    record = {"packages": {"ask": {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}}}
+    if content == "a pipe":
+        os.mkfifo(kept.record_file(tmp_path))
+    else:
+        text = json.dumps({**record, "more": "x" * 100_000}) if content == "long" else "[" * 90_000
+        kept.record_file(tmp_path).write_text(text)
+    assert kept.packages(tmp_path) == []
+
+
+@pytest.mark.timeout(30)  # s
+def test_a_definition_is_a_small_ordinary_file(tmp_path):
+    """One that was, when its package was built here."""
+    (tmp_path / "Ask.srv").write_text("int32 a\r\n---\r\n")
+    (tmp_path / "Tell.srv").write_text("int32 a\n---\n")
+    for name in ("Ask", "Tell"):
+        kept.keep(tmp_path, build(name.lower(), [tmp_path / f"{name}.srv"], use=False), [f"{name}.srv"])
+    (tmp_path / "Ask.srv").unlink()
+    os.mkfifo(tmp_path / "Ask.srv")
+    (tmp_path / "Tell.srv").write_text("# " + "x" * 1_000_000 + "\n---\n")
+    assert [line.replace(f"{tmp_path}/", "") for line in kept.refresh(tmp_path)] == [
+        "ask was not built again: cannot read Ask.srv: it is not an ordinary file",
+        "tell was not built again: cannot read Tell.srv: it is larger than 1 MB",
+    ]
+
+
 def test_a_record_names_at_most_fifty_packages(tmp_path):
     """The newest: one that is built later is not lost."""
     entry = {"files": ["Ask.srv"], "build": "0123456789abcdef0123"}
