@@ -34,7 +34,7 @@ def take(file: Path) -> tuple[Feedback, bytes]:
     found = []
     for page in _pages_in(file, content):
         with contextlib.suppress(FeedbackError):
-            found.append((read(page), page))
+            found.append((read(page[:LARGEST]), page))
     if len(found) != 1:
         what = f"{len(found)} pages" if found else "no page"
         raise FeedbackError(f"{file} contains {what} of feedback: name the page that you want to read")

@@ -140,6 +140,19 @@ def test_a_page_that_would_keep_a_parser_busy_is_looked_through_at_once(tmp_path
     assert time.process_time() - begun < 5  # s of this process alone; html.parser takes minutes
 
 
+@pytest.mark.parametrize("packed", [False, True])
+def test_only_the_first_megabytes_of_a_page_are_parsed(packed, tmp_path):
+    """A compressed page of 50 MB, full of brackets, took more than 1 GB."""
+    long, came = b"<!--" + b" " * pages.LARGEST + b"-->" + page(FOUND), tmp_path / "came"
+    if packed:
+        with zipfile.ZipFile(came, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("ada.html", long)
+    else:
+        came.write_bytes(long)
+    with pytest.raises(FeedbackError):
+        pages.take(came)
+
+
 def test_a_page_of_a_later_form_says_so():
     with pytest.raises(FeedbackError, match="update yours"):
         Feedback.from_text(FOUND.to_text().replace('"format": 1', '"format": 2'))
