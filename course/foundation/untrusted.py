@@ -116,6 +116,14 @@ def read_regular(path: Path, most: int) -> bytes:
     return content
 
 
+def read_regular_text(path: Path, most: int) -> str:
+    """Return the UTF-8 text of a regular file, with `\\n` at the end of each line.
+
+    Raises the errors of `read_regular`, and UnicodeDecodeError, which is a ValueError.
+    """
+    return read_regular(path, most).decode().replace("\r\n", "\n").replace("\r", "\n")
+
+
 def printable(text: str) -> str:
     """Return the text with control characters escaped, which a terminal would obey; newlines are kept."""
     return "".join(c if c == "\n" or c.isprintable() else f"\\x{ord(c):02x}" for c in text)

@@ -24,7 +24,7 @@ from filelock import FileLock
 
 from course.errors import InterfaceError, ToolChainError
 from course.foundation.folders import user_cache
-from course.foundation.untrusted import read_regular
+from course.foundation.untrusted import read_regular_text
 from course.interfaces.definition import Definition, near_types, parse, without_comments
 
 # What the generated code of a service or an action uses beside the packages named in its fields.
@@ -194,7 +194,7 @@ def _read(files: Mapping[str, str] | Iterable[str | Path]) -> dict[str, str]:
 def read_definition(file: Path) -> str:
     """Return the text of a definition's file; raises InterfaceError if it cannot be read, is too large or no text."""
     try:
-        return read_regular(file, LARGEST).decode().replace("\r\n", "\n").replace("\r", "\n")
+        return read_regular_text(file, LARGEST)
     except OSError as error:
         raise InterfaceError(f"cannot read {error.filename}: {error.strerror}") from None
     except UnicodeDecodeError:

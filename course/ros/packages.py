@@ -3,7 +3,14 @@
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from course.foundation.untrusted import read_regular
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+LARGEST_MANIFEST = 1_000_000  # bytes of a package.xml
 COURSE = "course"
 BOOK = "my_package"  # the name of the reader's package in the book's commands
 NODES = Path(__file__).parent.parent / "nodes"
@@ -46,12 +53,20 @@ def own_folders() -> dict[str, Path]:
 
 def package_name(manifest: Path) -> str | None:
     """Return the package's name in a package.xml, or None if it cannot be read."""
+    try:
+        return (read_manifest(manifest).findtext("name") or "").strip() or None
+    except (OSError, ValueError):
+        return None
+
+
+def read_manifest(manifest: Path) -> "Element":
+    """Return the root of a package.xml; raises OSError, and ValueError for what is no small file with XML."""
     from xml.etree import ElementTree
 
     try:
-        return (ElementTree.parse(manifest).getroot().findtext("name") or "").strip() or None
-    except (OSError, ElementTree.ParseError):
-        return None
+        return ElementTree.fromstring(read_regular(manifest, LARGEST_MANIFEST))
+    except (ElementTree.ParseError, LookupError) as error:  # not XML, or in an unknown encoding
+        raise ValueError(str(error)) from None
 
 
 def own_executables(name: str, folder: Path) -> Executables:
@@ -59,7 +74,7 @@ def own_executables(name: str, folder: Path) -> Executables:
     found: Executables = {}
     for place in (folder / name, folder):
         for path in sorted(place.glob("*.py")):
-            if path.name not in ("__init__.py", "setup.py", "conftest.py"):
+            if path.name not in ("__init__.py", "setup.py", "conftest.py") and path.is_file():
                 found.setdefault(path.stem, [[sys.executable, str(path)]])
     return found
 

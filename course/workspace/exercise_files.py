@@ -9,8 +9,10 @@ from pathlib import Path
 from course.errors import UnreadableNotebook, WorkspaceError
 from course.foundation import cells
 from course.foundation.syntax import syntax_tree
+from course.foundation.untrusted import read_regular_text
 from course.interfaces.definition import Definition, parse
 
+LARGEST = 1_000_000  # bytes of a program or a definition
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 
 
@@ -105,7 +107,7 @@ def _named(notebook: Path) -> dict[str, str]:
 
 def _text(path: Path, exercise: str) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return read_regular_text(path, LARGEST)
     except FileNotFoundError:
         raise WorkspaceError(
             f"{path.name} is not in {path.parent.resolve()}: run its %%exercise cell in {exercise}.ipynb, "
@@ -115,6 +117,8 @@ def _text(path: Path, exercise: str) -> str:
         raise WorkspaceError(f"cannot read {path}: {error.strerror}") from None
     except UnicodeDecodeError:
         raise WorkspaceError(f"{path.name} is not UTF-8 text: save it again as UTF-8") from None
+    except ValueError as error:
+        raise WorkspaceError(f"cannot read {path}: {error}") from None
 
 
 def _program(file: str, text: str) -> Program:

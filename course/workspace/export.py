@@ -6,14 +6,16 @@ import os
 import re
 import tempfile
 from pathlib import Path
-from xml.etree import ElementTree
 
 from course import environment
 from course.errors import WorkspaceError
+from course.foundation.untrusted import read_regular
+from course.ros.packages import read_manifest
 from course.workspace import exercise_files, package_files
 
 # Beside `src`: the digest of each file as last exported, which distinguishes an edited file from an older export.
 RECORD = ".course-export.json"
+LARGEST = 1_000_000  # bytes of that record, and of a file that is compared with what an export wrote
 
 
 def export(name: str, workspace: Path, folder: Path = Path(), *, package: str = "", force: bool = False) -> list[str]:
@@ -66,8 +68,8 @@ def _check(workspace: Path, made: dict[str, dict[str, str]]) -> list[str]:
         if place.parent == source and place.name in made:
             continue
         try:
-            name = (ElementTree.parse(manifest).getroot().findtext("name") or "").strip()
-        except ElementTree.ParseError as error:
+            name = (read_manifest(manifest).findtext("name") or "").strip()
+        except ValueError as error:
             notes.append(f"colcon will not build {place}: its package.xml is broken ({error}); correct it")
             continue
         if name in made:
@@ -82,9 +84,11 @@ def _write(workspace: Path, files: dict[str, str], force: bool) -> None:
     """Write the files that have changed: all of them, or none if one cannot be written."""
     wanted = {path: text.encode() for path, text in files.items()}
     recorded = _recorded(workspace)
-    present = {path: (workspace / path).read_bytes() for path in wanted if os.path.lexists(workspace / path)}
+    for path in wanted:
+        _check_place(workspace, path)
+    present = {path: _content(workspace / path) for path in wanted if os.path.lexists(workspace / path)}
     changed = {path: content for path, content in wanted.items() if present.get(path) != content}
-    edited = [path for path in changed if path in present and _digest(present[path]) != recorded.get(path)]
+    edited = [path for path in changed if path in present and _digest(present[path]) != recorded.get(path, "")]
     if edited and not force:
         raise WorkspaceError(
             f"nothing was written: in {workspace}, {', '.join(edited)} was edited, or was not written by an export. "
@@ -105,14 +109,32 @@ def _write(workspace: Path, files: dict[str, str], force: bool) -> None:
 
 def _recorded(workspace: Path) -> dict[str, str]:
     try:
-        record = json.loads((workspace / RECORD).read_bytes())
-    except (FileNotFoundError, ValueError):
+        record = json.loads(read_regular(workspace / RECORD, LARGEST))
+    except (FileNotFoundError, ValueError, RecursionError):
         return {}
     return record if isinstance(record, dict) else {}
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _check_place(workspace: Path, path: str) -> None:
+    """Raise WorkspaceError if a symbolic link leads from this path of the workspace to a place outside of it."""
+    for place in (workspace / part for part in (Path(path), *Path(path).parents[:-1])):
+        if place.is_symlink() and not os.path.realpath(place).startswith(f"{workspace.resolve()}{os.sep}"):
+            raise WorkspaceError(
+                f"nothing was written: {place} is a link to {os.path.realpath(place)}, outside of the workspace. "
+                "Remove the link, or choose another WORKSPACE"
+            )
+
+
+def _content(path: Path) -> bytes | None:
+    """Return the content of a file; None for a pipe, or a file that no export has written because of its size."""
+    try:
+        return read_regular(path, LARGEST)
+    except ValueError:
+        return None
+
+
+def _digest(content: bytes | None) -> str | None:
+    return None if content is None else hashlib.sha256(content).hexdigest()
 
 
 def _free(path: Path) -> Path:

@@ -8,10 +8,9 @@ import argparse
 import importlib.util
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
 
 from course.environment import prepare
-from course.ros.packages import installed_packages
+from course.ros.packages import installed_packages, read_manifest
 from course.workspace.package_files import LIBRARIES
 
 # The dependencies of a package's programs; test dependencies are left out, because tests say what they miss.
@@ -29,8 +28,8 @@ def missing(folders: list[Path]) -> dict[str, list[str]]:
     here = set(installed_packages())
     for manifest in sorted(path for folder in folders for path in folder.rglob("package.xml")):
         try:
-            root = ElementTree.parse(manifest).getroot()
-        except (OSError, ElementTree.ParseError):
+            root = read_manifest(manifest)
+        except (OSError, ValueError):
             continue  # colcon reports what is wrong with it
         name = (root.findtext("name") or "").strip()
         here.add(name)

@@ -92,6 +92,20 @@ def test_a_package_is_known_by_its_manifest(alone, folder):
     assert alone.output("run", "my_robot", "count.py", cwd=folder / "src") == "2\n"
 
 
+@pytest.mark.timeout(30)  # s
+def test_a_manifest_and_a_program_are_small_ordinary_files(folder, monkeypatch):
+    """A pipe is not waited for, and a manifest of 80 MB would take more than 1 GB."""
+    monkeypatch.chdir(folder)
+    for name in ("pipe", "large", "strange"):
+        (folder / name).mkdir()
+    os.mkfifo(folder / "pipe" / "package.xml")
+    os.mkfifo(folder / "my_package" / "pipe.py")
+    (folder / "large" / "package.xml").write_text(f"{MANIFEST}{' ' * 1_000_000}")
+    (folder / "strange" / "package.xml").write_bytes(b"<?xml version='1.0' encoding='nothing'?><package/>")
+    assert set(packages.own_folders()) == {"my_package", "pipe", "large", "strange"}
+    assert set(packages.find_executables("my_package")) == {"parameter_node", "waiting", "failing"}
+
+
 def test_runs_an_executable_of_an_ament_package(alone, tmp_path):
     """What colcon installs in lib/<package> of a prefix in AMENT_PREFIX_PATH."""
     index = tmp_path / "share" / "ament_index" / "resource_index" / "packages"

@@ -193,6 +193,43 @@ def test_a_package_name_that_hides_another(tmp_path, files, name):
     assert "would hide an existing package" in refusal("calculator", tmp_path / "ws", files, package=name)
 
 
+@pytest.mark.parametrize("linked", ["src", "src/calculator", "src/calculator/calculator", "src/calculator/setup.py"])
+def test_a_link_out_of_the_workspace_is_not_followed(tmp_path, files, linked):
+    """Also not if the workspace came with a record that names what lies there."""
+    export("calculator", tmp_path / "ws", files)
+    there = (tmp_path / "ws" / linked).rename(tmp_path / "elsewhere")
+    (tmp_path / "ws" / linked).symlink_to(there)
+    (files / "calculator_server.py").write_text((files / "calculator_server.py").read_text() + "# newer\n")
+    before = tree(tmp_path)
+    said = refusal("calculator", tmp_path / "ws", files)
+    assert f"nothing was written: {tmp_path / 'ws' / linked} is a link to {there}, outside of the workspace" in said
+    assert tree(tmp_path) == before
+
+
+def test_links_to_a_workspace_and_within_it_are_followed(tmp_path, files):
+    export("calculator", tmp_path / "ws", files)
+    (tmp_path / "ws/src/calculator").rename(tmp_path / "ws/mine")
+    (tmp_path / "ws/src/calculator").symlink_to("../mine")
+    (tmp_path / "link").symlink_to("ws")
+    (files / "calculator_server.py").write_text((files / "calculator_server.py").read_text() + "# newer\n")
+    export("calculator", tmp_path / "link", files)
+    assert (tmp_path / "ws/mine/calculator/calculator_server.py").read_text().endswith("# newer\n")
+
+
+@pytest.mark.timeout(30)  # s; a pipe would be waited for without an end
+def test_a_pipe_is_not_waited_for(tmp_path, files):
+    made = tmp_path / "ws/src/calculator/setup.py"
+    for pipe in (tmp_path / "ws/.course-export.json", made, tmp_path / "ws/src/other/package.xml"):
+        pipe.parent.mkdir(parents=True, exist_ok=True)
+        os.mkfifo(pipe)
+    assert "src/calculator/setup.py was edited, or was not" in refusal("calculator", tmp_path / "ws", files)
+    made.unlink()
+    assert any("broken (it is not an ordinary file)" in line for line in export("calculator", tmp_path / "ws", files))
+    (files / "calculator_server.py").unlink()
+    os.mkfifo(files / "calculator_server.py")
+    assert "calculator_server.py: it is not an ordinary file" in refusal("calculator", tmp_path / "ws", files)
+
+
 @pytest.mark.parametrize("folder", ["my workspace", "Überblick", "a;b c"])
 def test_a_folder_in_which_ros_cannot_build_interfaces(tmp_path, files, folder):
     assert "ROS 2 cannot build interfaces" in refusal("calculator", tmp_path / folder, files)
