@@ -191,6 +191,7 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         nbgrader += [
             "from autograder.gradebook.exchange_collect import OwnersCollect",
             "c.ExchangeFactory.collect = OwnersCollect",
+            "c.RegularCollect.by_owner = True",  # is what the course folder's own configuration chooses
             "from autograder.gradebook.exchange_list import RegularList",
             "c.ExchangeFactory.list = RegularList",
             f"c.CourseDirectory.root = {_grading(member)!r}",

@@ -3,6 +3,7 @@
 from nbgrader.preprocessors import AssignLatePenalties
 from traitlets.config import Config
 
+from autograder.gradebook.exchange_collect import RegularCollect
 from autograder.gradebook.exchange_feedback import ReleaseFeedback
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
@@ -22,6 +23,9 @@ def apply(c: Config) -> None:
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []
     c.GenerateFeedback.force = True  # a mark by hand changes no file by which nbgrader could see that a page is old
+
+    # A folder in the exchange that cannot be collected is named, and the others are collected.
+    c.ExchangeFactory.collect = RegularCollect
 
     # Feedback goes out through the exchange to all whose hand-ins came through it; the others are named.
     c.ExchangeFactory.release_feedback = ReleaseFeedback

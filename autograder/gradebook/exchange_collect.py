@@ -15,10 +15,13 @@ from pathlib import Path
 from typing import Any
 
 from nbgrader.exchange.default.collect import ExchangeCollect
+from nbgrader.utils import ignore_patterns, parse_utc
+from traitlets import Bool
 
 from autograder.gradebook import ends, members
 from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
+from course.foundation.untrusted import read_regular
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
 MOST_ENTRIES, DEEPEST = 2000, 20  # files and folders that are visited, and nested folders
@@ -28,6 +31,7 @@ SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
 SLOW = timedelta(minutes=2)  # that a hand-in may take before its time is doubted
 MINUTES = "%Y-%m-%d %H:%M"
+GROUP_FOLDER, GROUP_FILE = 0o2770, 0o660  # what the group may do in a course folder that it shares
 NO_TIME = datetime(1970, 1, 1)  # in nbgrader's form: UTC, without a time zone
 
 
@@ -49,36 +53,49 @@ class Few:
             self._log.warning(text, about, self._number - MOST_TOLD)
 
 
-class OwnersCollect(ExchangeCollect):
-    """Collects submissions by the owner of their folder, whatever the folder's name says; leaves links out.
+class RegularCollect(ExchangeCollect):
+    """Collects the regular files of submissions, and names what cannot be collected: it costs nobody else theirs.
 
-    What came after the end of the exercise, and after its student's extension, is not collected; nor is what belongs
-    to nobody whom this machine knows, as after a student has left the class.
+    A submission is that of the student whom its folder names.  What came after the end of the exercise, and after its
+    student's extension, is not collected.
 
-    nbgrader's own class takes any folder with a student's name for that student's submission, and follows links, for
-    example to a solution that only the instructor may read.
+    nbgrader's own class stops at a pipe, a folder of more than 100 MB or a name without a time, and then collects
+    nothing of the students who follow.  It copies what links lead to, for example a solution that only the instructor
+    may read.
     """
+
+    by_owner = Bool(
+        False,
+        help="Take a submission for that of its folder's owner, as always where the course folder lists the members.",
+    ).tag(config=True)
 
     _members: Mapping[int, str] | None = None  # by user id; None where there is no class: any user of this machine
     _end: datetime | None = None  # of the exercise, without an extension
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
-        try:
-            owner = self._owner(path)
-        except OSError:  # it was there a moment ago
-            return {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
+        nothing = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
+        owner = ""
+        if self.by_owner:
+            try:
+                owner = self._owner(path)
+            except OSError:  # it was there a moment ago
+                return nothing
         try:
             record: dict[str, Any] = super()._path_to_record(path)
         except (ValueError, OverflowError):  # not a time: sorts as the oldest
-            record = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
+            record = nothing
+        if not self.by_owner:
+            return record
         if owner and owner != record["username"]:
             self._taken[owner].tell("%s was put there by %s, and is taken for theirs", shown(path), owner)
         return record | {"username": owner}
 
     def init_src(self) -> None:
         """Find the submissions: only folders, not anything else that somebody has put there."""
-        self.check_owner = False  # would follow a link, and a broken one would stop the whole class
         self._members = members.read(Path(self.coursedir.root))
+        self.by_owner = self.by_owner or self._members is not None
+        if self.by_owner:
+            self.check_owner = False  # would tell of a name that does not count
         self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
         self._policy = LatePolicy(config=self.config)
         self._taken: dict[str, Few] = defaultdict(lambda: Few(self.log))  # by owner: what bears another name
@@ -90,7 +107,19 @@ class OwnersCollect(ExchangeCollect):
         for record in sorted(records, key=self._in_time):  # nbgrader repeats a student if others are between
             if not self._why_not(record):
                 newest[record["username"]] = record
-        self.src_records = list(newest.values())
+        self.src_records = [record for record in newest.values() if self._is_readable(record["username"])]
+
+    def _is_readable(self, student: str) -> bool:
+        """Return False, and say so, if nbgrader could not read the time of what was collected before of a student."""
+        folder = self.coursedir.format_path(self.coursedir.submitted_directory, student, self.coursedir.assignment_id)
+        time = Path(folder, TIMESTAMP)
+        try:
+            if os.path.lexists(time) and (text := small_text(time)) != "":
+                parse_utc(text or "unreadable")
+        except (ValueError, OverflowError):
+            self.log.warning("%s is not a time: remove that folder, and collect again", shown(str(time)))
+            return False
+        return True
 
     def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """Sort a student's hand-ins that count, the newest first: nbgrader takes the first."""
@@ -121,8 +150,10 @@ class OwnersCollect(ExchangeCollect):
         path = self._path(record)
         if not is_folder(path):
             return "it is not a folder"
-        if not record["username"]:
+        if self.by_owner and not record["username"]:
             return "its owner is not in the class any more; it is collected again once they are"
+        if not self.by_owner and not (record["username"] and record["filename"].isprintable()):
+            return "its name is not one that nbgrader gives, STUDENT+EXERCISE+TIME"
         if not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
             return "its owner has closed it, and must open or remove it"
         return self._too_late(record, path)
@@ -152,6 +183,10 @@ class OwnersCollect(ExchangeCollect):
         """Copy the regular files; logs those that are left out as too large or unreadable."""
         Path(dest).mkdir(parents=True)
         files, space, seen, left = MOST_FILES, MOST_BYTES, 0, Few(self.log)
+        unwanted = ignore_patterns(self.coursedir.ignore, self.coursedir.include)
+        largest = space
+        if not self.by_owner:
+            space, largest = 1000 * self.coursedir.max_dir_size, 1000 * self.coursedir.max_file_size
         changed = NO_TIME
         with contextlib.suppress(OSError):  # it has just disappeared
             changed = _changed(src)
@@ -163,18 +198,27 @@ class OwnersCollect(ExchangeCollect):
             if folder.count(os.sep) - src.count(os.sep) >= DEEPEST:
                 self.log.warning("%s was left out: its folders are nested too deeply", shown(folder))
                 below.clear()
-            for name in sorted(names):
+            ignored = set() if self.by_owner else set(unwanted(folder, [*below, *names]))
+            if folder == src:
+                ignored |= {TIMESTAMP, SECRETS} & set(below)  # nbgrader expects files of these names
+            below[:] = [name for name in below if name not in ignored]
+            for name in sorted(set(names) - ignored):
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
                     if CONFIGURATION.fullmatch(name):
                         raise OSError("a command that is given beside it would run it")
-                    size, written = copy_file(name, descriptor, copy, space if files else 0)
+                    size, written = copy_file(name, descriptor, copy, min(space, largest) if files else 0)
                     space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
                     why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
                     left.tell("%s was left out: %s", shown(os.path.join(folder, name)), why)
         left.end("%s: %d more were left out", shown(src))
         self._complete(src, Path(dest), changed)
+        if self.coursedir.groupshared and not self.by_owner:
+            for folder, _, names in os.walk(dest):
+                os.chmod(folder, stat.S_IMODE(os.stat(folder).st_mode) | GROUP_FOLDER)
+                for name in names:
+                    os.chmod(Path(folder, name), stat.S_IMODE(os.stat(Path(folder, name)).st_mode) | GROUP_FILE)
 
     def _complete(self, src: str, copy: Path, changed: datetime) -> None:
         """Add the two files without which nbgrader would stop the whole class, if a student has left them out."""
@@ -185,10 +229,19 @@ class OwnersCollect(ExchangeCollect):
         if not SECRET.fullmatch(small_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
         after = ", after the end" if over and changed > over else ""
-        if after or changed - claimed > SLOW:
+        if self.by_owner and (after or changed - claimed > SLOW):
             self.log.warning(
                 "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )
+
+
+class OwnersCollect(RegularCollect):
+    """Collects submissions by the owner of their folder, whatever the folder's name says.
+
+    What belongs to nobody whom this machine knows, as after a student has left the class, is not collected.
+    """
+
+    by_owner = Bool(True).tag(config=True)
 
 
 def _changed(path: str | int) -> datetime:
@@ -223,8 +276,8 @@ def _walk(folder: str) -> Iterator[tuple[str, list[str], list[str], int]]:
 def small_text(path: Path) -> str | None:
     """Return the content of a small ASCII file; None for anything else."""
     try:
-        return path.read_bytes()[:1000].decode("ascii").strip()
-    except (OSError, UnicodeDecodeError):
+        return read_regular(path, 1000).decode("ascii").strip()
+    except (OSError, ValueError):
         return None
 
 

@@ -13,13 +13,15 @@ from types import SimpleNamespace
 import pytest
 from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
+from nbgrader.exchange import ExchangeFactory
 from traitlets.config import Config
 
 from autograder.classroom import box, course_files
 from autograder.classroom.plan import Classroom, Member
 from autograder.errors import UsageError
 from autograder.gradebook import ends, exchange_collect, extensions, members
-from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect
+from autograder.gradebook.config import apply
+from autograder.gradebook.exchange_collect import MOST_ENTRIES, OwnersCollect, RegularCollect
 from autograder.gradebook.exchange_list import RegularList
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
@@ -93,6 +95,15 @@ def test_links_and_pipes_in_place_of_a_folder_and_times_that_are_none(inbound, c
     found = collect()
     assert found[f"user-{ADA}: a.py"] == b"ada's"
     assert {name for name in found if str(EVE) in name} == {f"user-{EVE}: b.py"} and b"root's" not in found.values()
+
+
+@pytest.mark.parametrize("name", [exchange_collect.TIMESTAMP, exchange_collect.SECRETS])
+def test_a_folder_under_the_name_of_a_file_of_nbgraders(inbound, collect, tmp_path, name):
+    folder = hand_in(inbound, EVE, f"eve+calculator+{TIME.format(1)}+x", a="eve's")
+    (folder / name).mkdir()
+    (folder / name / "b.py").write_text("eve's")
+    assert collect() == {f"user-{EVE}: a.py": b"eve's"}
+    assert (tmp_path / "course/submitted" / f"user-{EVE}" / "calculator" / name).is_file()
 
 
 def test_the_last_hand_in_counts_whatever_lies_between(inbound, collect, monkeypatch):
@@ -343,3 +354,6 @@ def test_an_instructors_nbgrader_takes_both_from_here(tmp_path, staff):
     exec(said, {"get_config": lambda: config})
     chosen = config.ExchangeFactory
     assert (chosen.get("collect"), chosen.get("list")) == ((OwnersCollect, RegularList) if staff else (None, None))
+    apply(config)  # as the course folder's own file does, and that comes first
+    chosen = ExchangeFactory(config=config).Collect(config=config)
+    assert isinstance(chosen, RegularCollect) and chosen.by_owner == staff

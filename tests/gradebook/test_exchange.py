@@ -1,0 +1,161 @@
+"""`nbgrader collect` in a plain exchange: what a student has put there costs nobody else a hand-in."""
+
+import os
+import stat
+from pathlib import Path
+
+import pytest
+from nbgrader.coursedir import CourseDirectory
+from nbgrader.exchange import ExchangeFactory
+from traitlets.config import Config
+
+from autograder.gradebook.config import apply
+from autograder.gradebook.exchange_collect import MOST_TOLD, SECRETS, TIMESTAMP
+from course.environment import prepare
+
+TIME = "2026-01-0{} 10:00:00.000000 UTC"
+SECRET = "0123456789abcdef"
+
+pytestmark = pytest.mark.timeout(60)  # s; a pipe would be waited for without an end
+
+
+@pytest.fixture
+def inbound(tmp_path):
+    folder = tmp_path / "exchange" / "ros2" / "inbound"
+    folder.mkdir(parents=True)
+    (tmp_path / "course").mkdir()
+    return folder
+
+
+@pytest.fixture
+def collect(tmp_path, inbound):
+    """Collects as `nbgrader collect` does in a course folder, and returns the texts of the collected files by path."""
+
+    def run(*, update: bool = False, **options: object) -> dict[str, str]:
+        prepare()
+        config = Config()
+        apply(config)
+        config.Exchange.root = str(tmp_path / "exchange")
+        config.CourseDirectory.assignment_id, config.CourseDirectory.root = "calculator", str(tmp_path / "course")
+        for name, value in options.items():
+            config.CourseDirectory[name] = value
+        own = CourseDirectory(config=config)
+        factory = ExchangeFactory(config=config)
+        factory.Collect(coursedir=own, config=config, update=update).start()
+        submitted = tmp_path / "course" / "submitted"
+        return {str(path.relative_to(submitted)): path.read_text() for path in submitted.rglob("*") if path.is_file()}
+
+    return run
+
+
+def hand_in(inbound: Path, student: str, day: int = 1) -> Path:
+    """Put a hand-in into the exchange as nbgrader does."""
+    folder = inbound / f"{student}+calculator+{TIME.format(day)}+x{day}"
+    folder.mkdir()
+    for file, text in (("a.py", f"{student}'s"), (TIMESTAMP, TIME.format(day)), (SECRETS, SECRET)):
+        (folder / file).write_text(text)
+    return folder
+
+
+def as_collected(student: str, day: int = 1) -> dict[str, str]:
+    place = f"{student}/calculator"
+    return {f"{place}/a.py": f"{student}'s", f"{place}/{TIMESTAMP}": TIME.format(day), f"{place}/{SECRETS}": SECRET}
+
+
+def test_a_hand_in_is_its_newest_under_the_name_of_its_student(inbound, collect):
+    hand_in(inbound, "ada")
+    assert collect() == as_collected("ada")
+    hand_in(inbound, "ada", 3)
+    hand_in(inbound, "ada", 2)
+    hand_in(inbound, "zoe+1")
+    assert collect() == as_collected("ada") | as_collected("zoe+1")
+    assert collect(update=True) == as_collected("ada", 3) | as_collected("zoe+1")
+
+
+@pytest.mark.parametrize("what", ["a large file", "a pipe", "a link", "no files", "a strange time", "no time"])
+def test_what_a_folder_holds_costs_nobody_else(inbound, collect, tmp_path, caplog, what):
+    for student in ("ada", "eve", "zoe"):
+        folder = hand_in(inbound, student)
+        if student != "eve":
+            continue
+        if what == "a large file":
+            (folder / "fill").touch()
+            os.truncate(folder / "fill", 120_000_000)
+        elif what == "a pipe":
+            os.mkfifo(folder / "pipe")
+        elif what == "a link":
+            (tmp_path / "secret").write_text("the instructor's")
+            (folder / "link").symlink_to(tmp_path / "secret")
+        elif what == "no files":
+            (folder / "a.py").unlink()
+        else:
+            (folder / TIMESTAMP).unlink()
+            if what == "a strange time":
+                (folder / TIMESTAMP).write_bytes(b"\xff not a time")
+    wanted = as_collected("ada") | as_collected("eve") | as_collected("zoe")
+    if what == "no files":
+        del wanted["eve/calculator/a.py"]
+    for _ in range(2):
+        assert collect() == wanted
+    told = {"a large file": "fill was left out: the submission is too large", "a pipe": "pipe was left out: it is not"}
+    told["a link"] = "link was left out: it is a link"
+    assert told.get(what, "") in caplog.text
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "eve+calculator+2026-13-41 10:00:00.000000 UTC",
+        "eve+calculator+x",
+        f"eve+calculator+{TIME.format(1)}+a+b+c",
+        f"+calculator+{TIME.format(1)}",
+        f"\x1b[31m+calculator+{TIME.format(1)}+x",
+        f"\udcff+calculator+{TIME.format(1)}+x",
+        "a link",
+    ],
+)
+def test_a_name_that_nbgrader_does_not_give_costs_nobody_else(inbound, collect, tmp_path, caplog, name):
+    for student in ("ada", "zoe"):
+        hand_in(inbound, student)
+    if name == "a link":
+        (inbound / f"eve+calculator+{TIME.format(1)}+x").symlink_to(tmp_path)
+    else:
+        (inbound / name).mkdir()
+    assert collect() == as_collected("ada") | as_collected("zoe")
+    (told,) = (line for line in caplog.messages if "was left out" in line)
+    assert "calculator" in told and told.isprintable()
+    assert told.endswith(("its name is not one that nbgrader gives, STUDENT+EXERCISE+TIME", "it is not a folder"))
+
+
+def test_many_such_names_are_counted(inbound, collect, caplog):
+    for number in range(MOST_TOLD + 5):
+        (inbound / f"eve+calculator+{number} o'clock").mkdir()
+    hand_in(inbound, "eve")
+    assert collect() == as_collected("eve")
+    assert sum("was left out: its name" in line for line in caplog.messages) == MOST_TOLD
+    assert "5 more were left out" in caplog.text
+
+
+def test_what_was_collected_before_with_a_strange_time_is_named(inbound, collect, tmp_path, caplog):
+    kept = tmp_path / "course/submitted/eve/calculator"
+    kept.mkdir(parents=True)
+    (kept / TIMESTAMP).write_text("noon")
+    for student in ("ada", "eve", "zoe"):
+        hand_in(inbound, student)
+    assert collect(update=True) == as_collected("ada") | as_collected("zoe") | {f"eve/calculator/{TIMESTAMP}": "noon"}
+    assert f"{kept / TIMESTAMP} is not a time: remove that folder, and collect again" in caplog.text
+
+
+def test_the_course_folders_choice_of_files_and_its_group_are_kept(inbound, collect, tmp_path):
+    folder = hand_in(inbound, "ada")
+    (folder / "parts").mkdir()
+    (folder / "parts" / "b.py").write_text("ada's")
+    (folder / "__pycache__").mkdir()
+    (folder / "__pycache__" / "c.py").write_text("ada's")
+    (folder / "notes.txt").write_text("ada's")
+    (folder / "large.py").write_text("x" * 2000)
+    found = collect(include=["*.py", TIMESTAMP, SECRETS], max_file_size=1, groupshared=True)
+    assert found == as_collected("ada") | {"ada/calculator/parts/b.py": "ada's"}
+    for path in (tmp_path / "course/submitted/ada/calculator").rglob("*"):
+        wanted = 0o2770 if path.is_dir() else 0o660
+        assert stat.S_IMODE(path.stat().st_mode) & wanted == wanted
