@@ -162,9 +162,7 @@ def refresh(folder: Path) -> list[str]:
             said.append(f"{kept.package} could not be built again: {str(error).splitlines()[0]}")
     if missing:
         others = f" (and {len(missing) - 1} more)" if missing[1:] else ""
-        said.append(
-            f"{missing[0].package}{others} has not been built on this machine: run the cell {_cell(missing[0])}."
-        )
+        said.append(f"{missing[0].package}{others} is not built on this machine: run the cell {_cell(missing[0])}.")
     return said
 
 

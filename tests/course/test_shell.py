@@ -180,7 +180,7 @@ def test_a_handed_in_record_has_nothing_built_and_nothing_added(change, environm
     assert done.returncode == 0 and sorted(built.glob("*/*")) == before
     cell = "run the cell `%%exercise Ask.srv --package ask`.\n"
     assert (done.stdout, done.stderr) == {
-        "nothing": ("\n", f"ask has not been built on this machine: {cell}"),
+        "nothing": ("\n", f"ask is not built on this machine: {cell}"),
         "the definition": (
             f"{built / 'ask' / record.get('ask', {}).get('build', '') / 'lib' / 'python'}\n",
             "ask stays as it was last built, and Ask.srv or the course has changed since. To build it again, " + cell,
