@@ -47,6 +47,7 @@ STILL = 0.015625  # an error that is sent again, so that its slope is 0
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 DECIMALS = 0.0101  # what an effort of two decimals may differ by; that it has no more is judged by other tests
 ALIKE = 0.01  # of a number's size: what other tests judge, such as rounding
+LEFT_OUT = 1.0  # s after which an effort is left out, by a node that leaves out others
 TIMING = 0.02  # of a number's size: what a node may gain or lose by when it reads the clock
 
 
@@ -70,6 +71,8 @@ class PidNode(TopicProgram):
     first_by_old_kp = False  # whether its first effort was by the kp from before the last set
     integral_waits = False  # while the effort is clamped
     beside = ""  # which limit could not be set by `arrange`, as a sentence for the student
+    leaves_out_the_same = False  # whether it publishes no effort that is the same as before, which `ask` judges
+    latest: tuple[float, float] | None = None  # the error and the effort before, of the program as it runs
     gains_by_launch = False  # whether its gains count only when they are given at launch; see `why_no_controller`
 
     def __init__(self, bench: Bench, *args: str, renamed: Renamed):
@@ -78,6 +81,7 @@ class PidNode(TopicProgram):
 
     def connect(self) -> Offers:
         """A publisher of errors, a subscription of efforts, and the clients of the parameter services."""
+        self.latest = None
         self.efforts = Listener(self.ros, "effort", Float64)
         self.errors = speaker(self.ros, "error", Float64)
         return {
@@ -87,15 +91,22 @@ class PidNode(TopicProgram):
         }
 
     def send(self, error: float) -> Answer:
-        """The answer to an error; raises Crashed or TimedOut when there is none."""
+        """The answer to an error; raises Crashed or TimedOut when there is none.
+
+        Of a node that leaves out an effort that is the same as before, that effort: it has lost its points for it.
+        """
         self.bench.hide(error)
 
         def ask(limit: float, alive: Alive) -> Answer | None:
             self.fresh = False
             before, sent = len(self.efforts.heard), time.monotonic()
+            wait = min(limit, LEFT_OUT) if self.leaves_out_the_same and self.latest else limit
             self.errors.publish(Float64(data=error))
-            heard = self.efforts.wait(lambda heard: heard[before:], limit, alive)
-            return Answer(heard[0].message.data, sent, heard[0].time) if heard else None
+            heard = self.efforts.wait(lambda heard: heard[before:], wait, alive)
+            if heard:
+                self.latest = error, heard[0].message.data
+                return Answer(self.latest[1], sent, heard[0].time)
+            return Answer(self.latest[1], sent, time.monotonic()) if wait < limit and self.latest and alive() else None
 
         answer = self.converse(ask, "a message on error", OFFER, ERROR, EFFORT)
         self.has_answered = True
@@ -103,9 +114,10 @@ class PidNode(TopicProgram):
 
     def ask(self, error: float) -> Answer:
         """The answer to an error, by the node as it runs: raises Wrong when it answers only after a new start."""
-        listener = self.efforts
+        listener, repeated = self.efforts, self.latest is not None and self.latest[0] == error
         answer = self.send(error)
         if self.efforts is not listener:
+            self.leaves_out_the_same |= repeated
             raise Wrong(
                 "Each error must be answered with one effort, also when the effort is the same as before: one was not "
                 "answered until the node had been started again.",
