@@ -104,6 +104,7 @@ class PidNode(TopicProgram):
             self.errors.publish(Float64(data=error))
             heard = self.efforts.wait(lambda heard: heard[before:], wait, alive)
             if heard:
+                self.leaves_out_the_same &= self.latest != (error, heard[0].message.data)
                 self.latest = error, heard[0].message.data
                 return Answer(self.latest[1], sent, heard[0].time)
             return Answer(self.latest[1], sent, time.monotonic()) if wait < limit and self.latest and alive() else None
