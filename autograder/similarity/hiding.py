@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 
 from autograder.suitekit.untrusted import UNREADABLE
+from course.foundation.syntax import syntax_tree
 
 EXECUTING = {"exec", "eval", "compile"}
 RUNNING = {  # modules that run other code, or find it
@@ -136,6 +137,6 @@ def parsed(text: str) -> list[ast.AST]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return [*ast.walk(ast.parse(text))]
+            return [*ast.walk(syntax_tree(text))]
     except UNREADABLE:
         return []

@@ -4,6 +4,7 @@ Most of a node's traceback is rclpy's: of thirty lines, three are the student's.
 """
 
 import ast
+import contextlib
 import linecache
 import os
 import re
@@ -300,10 +301,11 @@ def of_no_result(who: str, fault: NoResult) -> FailureReport:
     ending = "ended an execute callback without returning a result"
     frames: tuple[Frame, ...] = ()
     if fault.returned is not None:
-        ending = (
-            f"returned {reprlib.repr(fault.returned)}, {with_article(type(fault.returned).__name__)}, and no result "
-            "from an execute callback"
-        )
+        value = ""
+        with contextlib.suppress(ValueError):  # a number with too many digits
+            value = f"{reprlib.repr(fault.returned)}, "
+        kind = with_article(type(fault.returned).__name__)
+        ending = f"returned {value}{kind}, and no result from an execute callback"
     code = getattr(fault.callback, "__code__", None)
     if code and _is_own(code.co_filename):
         made = [each for each in functions(parse(text_of(fault.callback))) if each.name == code.co_name]

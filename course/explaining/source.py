@@ -897,7 +897,7 @@ def _is_false_when_run(test: ast.expr) -> bool:
     nodes = [node for node in ast.walk(test) if not isinstance(node, ast.expr_context)]
     if not all(isinstance(node, OF_GUARDS) and getattr(node, "id", "__name__") == "__name__" for node in nodes):
         return False
-    return not eval(compile(ast.Expression(test), "", "eval"), {"__name__": "__main__", "__builtins__": {}})
+    return not eval(ast.unparse(test), {"__name__": "__main__", "__builtins__": {}})
 
 
 def class_text(source: str, name: str) -> str:

@@ -2,21 +2,54 @@
 
 import ast
 import contextlib
+import re
 import threading
 
 TRIES = 5
+MANY_DIGITS = re.compile(r"0[xob][\da-f_]{500}", re.IGNORECASE)  # perhaps too many for Python to write in decimal
 _one_at_a_time = threading.RLock()  # a finalizer that runs meanwhile may make a tree, too
+
+
+class LongNumber(int):
+    """A whole number with more decimal digits than Python writes; its text is hexadecimal."""
+
+    def __repr__(self) -> str:
+        return hex(self)
+
+    def __format__(self, form: str) -> str:
+        return format(hex(self), form)
 
 
 def syntax_tree(text: str) -> ast.Module:
     """Return the syntax tree of a program, in any thread; raises SyntaxError and ValueError as `ast.parse` does.
+
+    `repr` and `ast.unparse` work for every number in it: one that they refuse with ValueError (`0x` and 4,000 digits)
+    is a `LongNumber`.  `compile` does not accept such a tree.
 
     Python 3.11 before 3.11.5 counts the depth of the trees of all threads in one variable, and raises SystemError where
     two of them meet, as when a finalizer lets another thread run (CPython issue 106905).  The lock keeps those of the
     course apart; IPython's parsing of a cell can still meet one of them.
     """
     with _one_at_a_time:
-        for _ in range(TRIES - 1):
-            with contextlib.suppress(SystemError):
-                return ast.parse(text)
-        return ast.parse(text)
+        tree = _parsed(text)
+    if MANY_DIGITS.search(text):
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Constant):
+                _make_writable(node)
+    return tree
+
+
+def _parsed(text: str) -> ast.Module:
+    for _ in range(TRIES - 1):
+        with contextlib.suppress(SystemError):
+            return ast.parse(text)
+    return ast.parse(text)
+
+
+def _make_writable(literal: ast.Constant) -> None:
+    """Replace the number of a literal if `repr` refuses it."""
+    if type(literal.value) is int:
+        try:
+            repr(literal.value)
+        except ValueError:
+            literal.value = LongNumber(literal.value)

@@ -465,7 +465,10 @@ def slow_timer(file: str, most: float) -> str:
 def _number(node: ast.expr | None, tree: ast.Module) -> float | None:
     """Return the value of a number, or of a quotient or product of numbers, or of a constant of the file; or None."""
     if isinstance(node, ast.Constant):
-        return float(node.value) if isinstance(node.value, (int, float)) else None
+        try:
+            return float(node.value) if isinstance(node.value, (int, float)) else None
+        except OverflowError:  # a whole number that is larger than any float
+            return None
     if isinstance(node, ast.Name):
         set_to = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == node.id]
         stored = [each for each in set_to if not isinstance(each.ctx, ast.Load)]

@@ -59,6 +59,20 @@ def test_a_tree_that_met_one_of_another_thread_is_made_again(monkeypatch):
     assert isinstance(syntax_tree("a"), ast.Module)
 
 
+@pytest.mark.parametrize("number", ["0x" + "f" * 4000, "0b" + "1" * 20_000, "0o7_" + "7" * 5000])
+def test_a_number_with_too_many_digits_for_decimal_ones_is_written(number):
+    """Python refuses to write it: ValueError, "Exceeds the limit (4300 digits)"."""
+    statement = f"x = [-{number}, 0x10, True]"
+    tree = syntax_tree(f"{statement}\nmatch x:\n    case {number}:\n        print(f'{{x:{number}}}')\n")
+    written = ast.unparse(tree)
+    hexadecimal = hex(ast.literal_eval(number))
+    assert written.startswith(f"x = [-{hexadecimal}, 16, True]\n") and f"case {hexadecimal}:" in written
+    assert ast.unparse(syntax_tree(written)) == written
+    value = tree.body[0].value.elts[0].operand.value
+    assert value == ast.literal_eval(number) and {str(value), f"{value}", f"{value!r}"} == {hexadecimal}
+    assert hexadecimal in ast.dump(tree)
+
+
 def test_a_text_that_is_not_python_is_an_error():
     with pytest.raises(SyntaxError):
         syntax_tree("def")

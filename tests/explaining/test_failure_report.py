@@ -17,6 +17,7 @@ from course.explaining import failure_report, source
 from course.explaining.hints import hint
 from course.foundation.waiting import wait_until
 from course.ros.names import is_hidden
+from course.ros.rclpy_internals import NoResult
 from course.session.logs import program_logs
 
 SERVER = """
@@ -1520,3 +1521,27 @@ def test_a_word_of_the_command_line_that_is_compared_with_a_number(option, says)
     said = hint(error, text, "if self.count >= self.cancel_after:")
     assert said.startswith(says) and bool(said) == bool(says)
     assert not hint(error, text, "if self.count >= self.most:")
+
+
+def test_a_result_with_more_digits_than_python_writes_is_told_by_its_kind():
+    told = [failure_report.of_no_result("lift", NoResult(len, each)).ending for each in (10**5000, [10**5000], 3)]
+    assert told == [
+        f"returned {what}, and no result from an execute callback" for what in ("an int", "a list", "3, an int")
+    ]
+
+
+LONG = "0x" + "f" * 4000  # has more digits than Python writes in decimal
+
+
+@pytest.mark.parametrize(
+    ("error", "line"),
+    [
+        ("TypeError: RcutilsLogger.info() takes 2 positional arguments but 3 were given", "log.info('a', {})"),
+        ("TypeError: 'int' object is not callable", "{}(1)"),
+        ("TypeError: can only concatenate str", "print('a' + {})"),
+        ("AssertionError: The 'data' field must be of type 'str'", "msg.data = {}"),
+    ],
+)
+def test_a_hint_on_a_line_with_a_long_number_raises_nothing(error, line):
+    text = f"def main():\n    log = node.get_logger()\n    {line.format(LONG)}\n"
+    assert isinstance(hint(error, text, line.format(LONG)), str)

@@ -375,6 +375,7 @@ def test_a_guard_that_is_false_when_the_file_is_run(tmp_path, guard):
         ("'__main__' == __name__", False),
         ("__name__ == '__main__' and ready()", False),
         ("DEBUG", False),
+        (f"__name__ == {hex(1 << 16_000)}", True),  # has more digits than Python writes
     ],
 )
 def test_what_keeps_main_from_running_is_known_only_of_conditions_that_have_one_value(condition, is_false):

@@ -311,6 +311,7 @@ def tick(self):
         (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(period, self.tick)", ""),
         (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(1 / 100, self.tick)", ""),
         (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(0 / 0, self.tick)", ""),
+        (lambda file: judging.slow_timer(file, 0.05), "node", "self.create_timer(0x" + "f" * 4000 + ", f)", ""),
         (
             lambda file: judging.slow_timer(file, 0.05),
             "node",

@@ -321,6 +321,15 @@ def test_statements_without_effect_hide_no_copy(known):
     assert {found.pairs[0].left, found.pairs[0].right} == {"ada", "bob"} and found.pairs[0].score > 60
 
 
+def test_a_number_that_python_does_not_write_hides_no_copy_and_ends_nothing(known):
+    long, file = "0x" + "f" * 4000, "calculator_server.py"
+    texts = programs(REFERENCE)
+    other = {**copy(REFERENCE), file: copy(REFERENCE)[file] + f"\nX = [-{long}]\n"}
+    inside = {file: f"X = 'print({long})'\n\n\nclass Y:\n    x: '{long}' = 1\n"}
+    found = compare("calculator", [("ada", texts), ("bob", other), ("cy", inside)], known, 1)
+    assert {found.pairs[0].left, found.pairs[0].right} == {"ada", "bob"} and found.pairs[0].shared > 70
+
+
 def test_what_everybody_has_counts_little(known):
     """Twelve hand in the same program; two of them share something else as well."""
     same, more = programs(REFERENCE), copy(OTHERS[next(iter(OTHERS))])
