@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from autograder.similarity.marking import SideBySide, side_by_side
-from autograder.similarity.tokens import tokens
+from autograder.similarity.tokens import is_longer, tokens
 from autograder.similarity.winnowing import Program, grams, program
 from autograder.submissions import exercises
+from autograder.suitekit.untrusted import UNREADABLE
 
 ENOUGH = 10  # fingerprints: a program with fewer counts as if it had as many, because it proves little
-LONGEST = 50_000  # characters of a file, five times what the exercises need: longer ones would take minutes
+LONGEST = 50_000  # characters of a file without comments, five times what the exercises need: more would take minutes
 LEAST = 1  # score of a pair that is shown
 STRIKING = 60  # score of a pair; independent right answers stay below 30
 COMMON = 80  # percent in common, striking whoever else has it: as in a ring of copies
@@ -55,6 +56,7 @@ class Finding:
     pairs: list[Pair]  # the most alike first
     scores: list[float]  # of all pairs, rising
     left_out: list[str]  # students without a Python file that can be read and is not too long
+    too_long: list[str] = field(default_factory=list)  # other students, each with the files that are too long
     groups: list[Group] = field(default_factory=list)  # of all pairs, the largest first
     hidden: list[str] = field(default_factory=list)  # students, each with the files that do not show what they do
     doubtful: list[str] = field(default_factory=list)  # students, each with further files that may not show all
@@ -82,8 +84,18 @@ def compare(
     `earlier` courses are compared with these, but not with each other.
     """
     boilerplate = {gram for text in known for gram in grams(tokens(text))}
-    every = [program(student, _short(texts), boilerplate) for student, texts in handed_in]
-    old = [one for one in (program(student, _short(texts), boilerplate) for student, texts in earlier) if one.texts]
+    too_long: dict[str, list[str]] = {}  # files, by student
+
+    def read(student: str, texts: dict[str, str]) -> Program:
+        long = [name for name, text in texts.items() if is_longer(text, LONGEST)]
+        too_long.update({student: long} if long else {})
+        try:
+            return program(student, {name: text for name, text in texts.items() if name not in long}, boilerplate)
+        except UNREADABLE:  # whatever is wrong with it, the others are compared
+            return Program(student, {}, {}, {}, [], [])
+
+    every = [read(student, texts) for student, texts in handed_in]
+    old = [one for one in (read(student, texts) for student, texts in earlier) if one.texts]
     new = [one for one in every if one.texts]
     programs = [*new, *old]
     owners: dict[int, list[int]] = defaultdict(list)  # numbers of the programs that have a fingerprint
@@ -113,11 +125,12 @@ def compare(
             )
         )
     left_out = [one.student for one in every if not one.texts]
+    long = [f"{student} ({', '.join(files)})" for student, files in too_long.items() if student not in left_out]
     groups = _groups(programs, alike, above[0], above[1], (alike[above] >= STRIKING) | (same[above] > 0))
     hidden = [f"{one.student} ({', '.join(one.hidden)})" for one in new if one.hidden]
     doubtful = [f"{one.student} ({', '.join(one.doubtful)})" for one in new if one.doubtful]
     rising = sorted(map(float, scores[above]))
-    return Finding(assignment, len(programs), pairs, rising, left_out, groups, hidden, doubtful)
+    return Finding(assignment, len(programs), pairs, rising, left_out, long, groups, hidden, doubtful)
 
 
 def _groups(
@@ -146,10 +159,6 @@ def _groups(
         students = [member.student for member in members]
         groups.append(Group(students, len(found), max(found), identical, [*partly]))
     return sorted(groups, key=lambda group: (-len(group.students), not group.identical, -group.highest))
-
-
-def _short(texts: dict[str, str]) -> dict[str, str]:
-    return {name: text for name, text in texts.items() if len(text) <= LONGEST}
 
 
 def _identical(programs: list[Program], boilerplate: set[int]) -> NDArray[np.floating]:

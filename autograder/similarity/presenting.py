@@ -5,11 +5,12 @@ from pathlib import Path
 
 from autograder.results import pages
 from autograder.results.text import counted
-from autograder.similarity.comparing import STRIKING, Finding, Group, Pair
+from autograder.similarity.comparing import LONGEST, STRIKING, Finding, Group, Pair
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 
 HIDDEN = "cannot be compared, because these files have no class and do not use rclpy: look at what they execute"
+TOO_LONG = f"not compared, because these files have more than {LONGEST:,} characters without comments: look at them"
 DOUBTFUL = "compared, but these files may run other code, or are mainly literals: look at what that is"
 
 
@@ -22,7 +23,7 @@ def describe(finding: Finding) -> str:
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
-    for why, files in ((HIDDEN, finding.hidden), (DOUBTFUL, finding.doubtful)):
+    for why, files in ((HIDDEN, finding.hidden), (TOO_LONG, finding.too_long), (DOUBTFUL, finding.doubtful)):
         if files:
             lines.append(one_line(f"      {why}: {', '.join(files)}"))
     if finding.left_out:
@@ -68,7 +69,12 @@ def _like(pair: Pair) -> str:
 def page(findings: Iterable[Finding]) -> str:
     """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
     return pages.render(
-        "similar.html", findings=list(findings), hidden=HIDDEN, doubtful=DOUBTFUL, number=lambda value: f"{value:.0f}"
+        "similar.html",
+        findings=list(findings),
+        hidden=HIDDEN,
+        too_long=TOO_LONG,
+        doubtful=DOUBTFUL,
+        number=lambda value: f"{value:.0f}",
     )
 
 

@@ -14,6 +14,8 @@ CONDITIONS = {"if", "elif", "while"}
 BLOCKS = CONDITIONS | {"else", "for", "with", "try", "except", "finally", "def", "class"}
 COMPUTING = {"abs", "bool", "dict", "float", "int", "len", "list", "max", "min", "range", "round", "set", "str", "sum"}
 
+UNREAD = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
+
 # The kinds of tokens whose text does not count; for all others the text is the kind.
 NAME, NUMBER, STRING, NEWLINE = "n", "0", "s", "\n"
 
@@ -33,6 +35,23 @@ class Token:
 def clean(text: str) -> str:
     """Return the text with Python's line ends, and without characters that stop its tokenizer."""
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").replace("\0", "\ufffd")
+
+
+def is_longer(text: str, most: int) -> bool:
+    """Return True if a Python text has more than `most` characters without comments, blank lines and indentation.
+
+    Several blanks in a row count as one.
+    """
+    if len(text) <= most:
+        return False
+    left, before = most, (0, 0)
+    for token in _raw(text):
+        if token.type not in UNREAD:
+            left -= len(token.string) + (token.start[0] == before[0] and token.start[1] > before[1])
+            before = token.end
+        if left < 0:
+            return True
+    return False
 
 
 def tokens(text: str) -> list[Token]:

@@ -3,6 +3,7 @@
 import ast
 import base64
 import json
+import re
 import subprocess
 import sys
 import time
@@ -16,7 +17,7 @@ from autograder import cli
 from autograder.errors import UsageError
 from autograder.paths import repository
 from autograder.results import output
-from autograder.similarity import comparing, find, presenting, sources
+from autograder.similarity import comparing, find, presenting, sources, winnowing
 from autograder.similarity.comparing import compare
 from autograder.similarity.tokens import clean, tokens
 from autograder.submissions import exercises
@@ -485,6 +486,51 @@ def test_a_program_that_is_far_too_long_is_named_and_costs_nobody_minutes():
     found = compare("calculator", [("ada", {"x.py": own}), ("bob", {"x.py": own}), ("mal", {"x.py": long})], [], 5)
     assert found.left_out == ["mal"]
     assert [(pair.left, pair.right) for pair in found.pairs] == [("ada", "bob")]
+
+
+PADDING = {
+    "lines of comment": lambda text: "#" * 79 + "\n" + text + ("#" + "-" * 78 + "\n") * 1000,
+    "a comment behind each line": lambda text: re.sub(r"(?<=[\w):])$", "  # " + "-" * 2000, text, flags=re.MULTILINE),
+    "blank lines": lambda text: text.replace("\n\n", "\n" * 10_000 + " " * 30_000 + "\n"),
+}
+
+
+@pytest.mark.parametrize("pad", PADDING.values(), ids=PADDING)
+def test_padding_hides_no_copy(known, pad):
+    file, texts = "calculator_server.py", programs(REFERENCE)
+    padded = {file: clean(pad(disguised(texts[file])))}
+    assert len(padded[file]) > comparing.LONGEST
+    handed_in = [*((name, programs(files)) for name, files in OTHERS.items()), ("ada", texts), ("bob", padded)]
+    found = compare("calculator", handed_in, known, 1)
+    assert {found.pairs[0].left, found.pairs[0].right} == {"ada", "bob"} and found.pairs[0].score > 60
+    assert found.too_long == []
+
+
+def test_a_file_that_is_too_long_is_named_though_others_of_its_student_are_compared(known):
+    texts = programs(REFERENCE)
+    own = {"calculator_client.py": copy(REFERENCE)["calculator_client.py"]}
+    long = {**own, "calculator_server.py": texts["calculator_server.py"] + "x = 0\n" * comparing.LONGEST}
+    found = compare("calculator", [("ada", texts), ("eve", long)], known, 3, [("fay (2025)", long)])
+    assert found.too_long == ["eve (calculator_server.py)", "fay (2025) (calculator_server.py)"]
+    assert (found.programs, found.left_out) == (3, [])
+    told = presenting.describe(found)
+    assert f"{presenting.TOO_LONG}: eve (calculator_server.py), fay (2025) (calculator_server.py)" in told
+    assert "more than 50,000 characters without comments: look at them: eve (calculator_" in presenting.page([found])
+
+
+def test_a_program_that_cannot_be_examined_costs_only_itself(known, monkeypatch):
+    examine = winnowing.may_hide
+
+    def fails(nodes, size):
+        if any(isinstance(node, ast.Constant) and node.value == "odd" for node in nodes):
+            raise ValueError("odd")
+        return examine(nodes, size)
+
+    monkeypatch.setattr(winnowing, "may_hide", fails)
+    texts = programs(REFERENCE)
+    odd = {**texts, "calculator_server.py": texts["calculator_server.py"] + "\nx = 'odd'\n"}
+    found = compare("calculator", [("ada", texts), ("bob", copy(REFERENCE)), ("eve", odd)], known, 5)
+    assert [{pair.left, pair.right} for pair in found.pairs] == [{"ada", "bob"}] and found.left_out == ["eve"]
 
 
 def test_on_the_command_line(submitted, tmp_path):
