@@ -347,13 +347,14 @@ def collect_command(
     ] = None,
 ) -> None:
     """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
-    from autograder.collecting.collect import collect
+    from autograder.collecting.collect import alone, collect
     from autograder.collecting.collect import describe as describe_collection
     from autograder.submissions.times import parse_time
 
-    known = of_class(into, roster)
     end = _end(into, parse_time(until) if until else None)
-    collection = collect(sources, into, known, parse_time(due) if due else None, assignment, end)
+    in_time = parse_time(due) if due else None
+    with alone(sources, into):
+        collection = collect(sources, into, of_class(into, roster), in_time, assignment, end)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
 

@@ -82,17 +82,22 @@ class Bundle:
     left: tuple[str, ...] = ()  # entries there that are not readable files
 
 
+def check(source: Path) -> None:
+    """Raise UsageError for a source that does not exist, or is neither a file nor a folder."""
+    if not source.is_dir() and not source.is_file():
+        raise UsageError(f"there is no file or folder {source}")
+
+
 def bundles(source: Path, unplaced: list[str], without: Path | None = None) -> Iterator[Bundle]:
     """Yield the bundles of a source; everything else in it gets a line in `unplaced`.
 
     The folder `without` is left out.  Raises UsageError for a source that does not exist.
     """
+    check(source)
     if source.is_dir():
         yield from _below(source, source, unplaced, without.resolve() if without else None)
-    elif source.is_file():
-        yield from _archive(source, source.name, unplaced)
     else:
-        raise UsageError(f"there is no file or folder {source}")
+        yield from _archive(source, source.name, unplaced)
 
 
 def _below(

@@ -4,6 +4,7 @@ Nothing is lost: of several hand-ins the newest on time is laid out, and the oth
 students' folders, where the grader does not look.  Files that cannot be placed are named, and stay where they are.
 """
 
+import contextlib
 import hashlib
 import itertools
 import os
@@ -12,15 +13,16 @@ import shutil
 import tempfile
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from autograder.collecting.bundles import bundles, files_of
+from autograder.collecting.bundles import bundles, check, files_of
 from autograder.collecting.identify import TIME, VERIFIED, HandedIn, compared, identify
-from autograder.errors import Unplaced
+from autograder.errors import Unplaced, UsageError
 from autograder.platforms import users_are_global
+from autograder.results.output import lock
 from autograder.results.text import counted
 from autograder.submissions import exercises, provenance, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, Source
@@ -52,6 +54,26 @@ class Collection:
     kept: list[HandedIn]  # in `.others`
     unplaced: list[str]  # one line each
     missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
+
+
+@contextlib.contextmanager
+def alone(sources: Iterable[Path], into: Path) -> Iterator[None]:
+    """Make the folder `into`, and keep other collections out of it meanwhile.
+
+    Raises UsageError when one is writing to it, when it cannot be written, or, before anything is made, for a source
+    that does not exist.
+    """
+    for source in sources:
+        check(source)
+    try:
+        (into / provenance.ORIGINS).mkdir(parents=True, exist_ok=True)
+        held = lock(into / provenance.ORIGINS / ".lock", f"another `autograder collect` is writing to {into}")
+    except OSError as error:
+        raise UsageError(f"cannot write to {into}: {error.strerror}") from None
+    try:
+        yield
+    finally:
+        os.close(held)
 
 
 def collect(

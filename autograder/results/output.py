@@ -43,13 +43,9 @@ class Output:
         self.folder = folder
         try:
             folder.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
-            self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+            self._lock = lock(folder / ".lock", f"another grading is writing to {folder}")
         except OSError as error:
             raise UsageError(f"cannot write to {folder}: {error.strerror}") from None
-        try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise UsageError(f"another grading is writing to {folder}") from None
         self.done = read_results(folder)
         if self.done and not resume:
             raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
@@ -108,6 +104,22 @@ class Output:
         target = self._feedback(report)
         target.parent.mkdir(parents=True, exist_ok=True)
         storage.replace(target, feedback.page(report).encode(errors="replace"))
+
+
+def lock(path: Path, busy: str) -> int:
+    """Return the descriptor of a file, made if needed, that one process at a time can have: until it closes it or ends.
+
+    Raises UsageError with the message `busy` while another process has it, and OSError.
+    """
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, storage.PRIVATE)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(descriptor)
+        if isinstance(error, BlockingIOError):
+            raise UsageError(busy) from None
+        raise
+    return descriptor
 
 
 def read_results(folder: Path) -> dict[tuple[str, str], Report]:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from autograder.collecting.bundles import unpacked
-from autograder.collecting.collect import collect, describe
+from autograder.collecting.collect import alone, collect, describe
 from autograder.errors import UsageError
 from autograder.submissions import provenance
 from autograder.submissions.roster import of_class, read_rosters
@@ -368,3 +368,31 @@ def test_a_name_that_is_seen_as_another_is_marked_whatever_its_letters(tmp_path,
         handed_in(tmp_path / "in" / str(ord(name[-1])) / name, name)
     laid = collect([tmp_path / "in"], tmp_path / "out").laid_out
     assert len(laid) == 2 and all("looks like that of" in each.remark for each in laid)
+
+
+def test_a_second_collection_into_the_same_folder_refuses_and_changes_nothing(tmp_path):
+    handed_in(tmp_path / "in")
+    (tmp_path / "roster.csv").write_text("student,login\nada,ada1\n")
+    command = [AUTOGRADER, "collect", "in", "--into", "out", "--roster", "roster.csv"]
+    with alone([], tmp_path / "out"):
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr) == (2, "autograder: another `autograder collect` is writing to out\n")
+    assert (ran.stdout, laid_out(tmp_path / "out")) == ("", {})
+    assert subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=60).returncode == 0
+    assert counted(tmp_path / "out") == {"ada/services"}
+
+
+def test_a_source_that_does_not_exist_makes_nothing(tmp_path):
+    handed_in(tmp_path / "in")
+    command = [AUTOGRADER, "collect", "in", "none", "--into", "out"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr) == (2, "autograder: there is no file or folder none\n")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_place_of_the_folder_is_one_line(tmp_path):
+    handed_in(tmp_path / "in")
+    (tmp_path / "out").write_text("")
+    command = [AUTOGRADER, "collect", "in", "--into", "out"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert (ran.returncode, ran.stderr) == (2, "autograder: cannot write to out: Not a directory\n")
