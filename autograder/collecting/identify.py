@@ -178,7 +178,8 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
     """Return the student of a bundle, and a note if that is only likely; raises Unplaced."""
     names = bundle.origin.names if bundle.origin else (str(receipt.get("student") or ""),)
     if any(names):
-        student = roster.find(names) if roster else folder_name(names[-1])
+        of_platform = bool(bundle.origin and bundle.origin.platform)
+        student = roster.find(names, of_platform) if roster else folder_name(names[-1])
         if bundle.origin and bundle.origin.others:
             users = " or ".join((bundle.origin.names[0], *bundle.origin.others))
             raise Unplaced(f"its name could mean user {users}, so it is not assigned to {student}")

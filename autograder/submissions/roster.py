@@ -30,13 +30,17 @@ class Roster:
     about: dict[str, dict[str, str]] = field(default_factory=dict)  # further columns, by student
     _called: dict[str, set[str]] = field(default_factory=lambda: defaultdict(set))
 
-    def find(self, names: tuple[str, ...]) -> str:
+    def find(self, names: tuple[str, ...], of_platform: bool = False) -> str:
         """Return the student with the first of `names` that is in the roster; raises Unplaced.
 
-        The error's message briefly says why.
+        The error's message briefly says why.  The name of a student's folder comes before what other students are
+        called, except among names `of_platform`: a student may have chosen that of another one's folder there.
         """
         for name in names:
             found = self._called.get(_plain(name), set())
+            if len(found) > 1 and not of_platform:
+                found = {each for each in found if _plain(each) == _plain(name)} or found
+                found = {name} if name in found else found
             if len(found) > 1:
                 raise Unplaced(f"{name!r} is {' and '.join(sorted(found))} in the roster")
             if found:

@@ -395,6 +395,36 @@ def test_a_name_that_two_students_have_is_placed_with_neither(tmp_path):
     assert "'janedoe' is jane1 and jane2 in the roster" in result.unplaced[0]
 
 
+@pytest.mark.parametrize(
+    ("others", "signed", "whose"),
+    [
+        ({"ada": [], "eve": ["ada"]}, "ada", "ada"),  # she chose that name on the platform
+        ({"ada": [], "eve": ["ada"]}, "eve", "eve"),
+        ({"ada.b": [], "adab": ["Ada"], "eve": ["ada.b"]}, "ada.b", "ada.b"),
+        ({"ada.b": [], "adab": []}, "ADA B", ""),
+        ({"ada": ["ok"], "eve": ["ok"]}, "ok", ""),
+    ],
+)
+def test_the_name_of_a_folder_comes_before_what_others_are_called(tmp_path, others, signed, whose):
+    roster = Roster()
+    for student, names in others.items():
+        roster.add(student, names)
+    result = collect([made_out_to(tmp_path / "in", signed, EARLY)], tmp_path / "out", roster)
+    assert [each.student for each in result.laid_out] == [whose] * bool(whose)
+    assert len(result.unplaced) == (not whose)
+
+
+def test_the_name_of_a_folder_that_somebody_has_on_a_platform_is_not_that_students(tmp_path):
+    """Without the platform's numbers in the roster, it may be either of them."""
+    roster = Roster()
+    roster.add("ada", ["Ada Lovelace"])
+    roster.add("eve", ["ada"])
+    bulk = archive(tmp_path / "bulk.zip", {"ada_5_6_relay.py": b"x"})
+    result = collect([bulk], tmp_path / "out", roster)
+    assert (result.laid_out, len(result.unplaced)) == ([], 1)
+    assert "'ada' is ada and eve in the roster" in result.unplaced[0]
+
+
 def bomb() -> bytes:
     """A small archive of a file of 100 MB."""
     buffer = io.BytesIO()
