@@ -34,6 +34,7 @@ Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
 INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
+NAME_EACH = "name each in a roster (--roster)"
 EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO"}  # scripts that one name may have
 # Letters, digits and signs that are seen as small Latin letters; the last ones are hardly seen at all.
 SEEN_AS = str.maketrans(
@@ -120,6 +121,9 @@ def collect(
     result = Collection([], [], unplaced)
     _compare(each for those in found.values() for each in those)
     for key in sorted(key for key, those in found.items() if those):
+        unplaced += _take_out_other_spellings(found[key], before[key]) if not roster else []
+        if not found[key]:
+            continue
         if why := _several_people(found[key], before[key], roster):
             unplaced += [f"{each.source}: {why}" for each in found[key]]
             continue
@@ -202,17 +206,39 @@ def _rank(handed_in: HandedIn, due: datetime | None, uploads: bool) -> tuple[boo
     return on_time, upload if uploads else 0, at, upload, int(again[1]) if again else 1
 
 
+def _spelled(came: Source) -> str:
+    """Return the name in the receipt of a hand-in that came from no platform."""
+    return unicodedata.normalize("NFC", came.name).strip()
+
+
+def _take_out_other_spellings(found: list[HandedIn], before: list[Source]) -> list[str]:
+    """Remove the hand-ins of names that only have the same folder as one that is spelled like it; return their lines.
+
+    Of `ada` and `ada.`, whose folder is `ada`, the first one keeps it.
+    """
+    folder = found[0].student
+    if folder not in {_spelled(came) for came in [*(each.came for each in found), *before] if not came.platform}:
+        return []
+    lines = []
+    for each in [each for each in found if not each.came.platform and _spelled(each.came) != folder]:
+        name = _spelled(each.came)[:60]
+        lines.append(f"{each.source}: hand-ins of {name!a} have the same folder as those of {folder}: {NAME_EACH}")
+        found.remove(each)
+    return lines
+
+
 def _several_people(found: list[HandedIn], before: list[Source], roster: Roster | None) -> str:
     """Return why hand-ins under one name seem to be from several people; '' if they do not.
 
     A platform's user number identifies a person: Canvas's everywhere, Moodle's within one download of an assignment.
-    Without a platform and a roster, a person is whom the receipt names, of which the folder's name leaves some out.
+    Without a platform and a roster, a person is whom the receipt names, of which the folder's name leaves some out; the
+    one whose name is that of the folder keeps it.
     """
     every = [*(each.came for each in found), *before]
-    names = {unicodedata.normalize("NFC", came.name).strip() for came in every if not came.platform}
-    if len(names) > 1 and not roster:
+    names = {_spelled(came) for came in every if not came.platform}
+    if len(names) > 1 and not roster and found[0].student not in names:
         who = " and ".join(f"{name[:60]!a}" for name in sorted(names))
-        return f"hand-ins of {who} have the same folder, {found[0].student}: name each in a roster (--roster)"
+        return f"hand-ins of {who} have the same folder, {found[0].student}: {NAME_EACH}"
     numbers: dict[tuple[str, str], set[str]] = defaultdict(set)
     everywhere = [("", each) for each in before]
     for download, came in [*((each.download, each.came) for each in found), *everywhere]:
@@ -338,6 +364,12 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
     if os.path.lexists(target):
         files, at, before = _laid_out(target, into)
         same = files == handed_in.files
+        if before.name and not (before.platform or came.platform or roster) and _spelled(before) != _spelled(came):
+            handed_in.notes.append(
+                f"the hand-in laid out before, of {_spelled(before)[:60]!a}, has the same folder, and no longer counts"
+            )
+            _move_away(target, into, at)
+            return _lay_out(handed_in, into)
         if same and at and (handed_in.ahead or KNOWN not in (came.time, before.time)):
             if came.platform and before.upload != came.upload:  # the page goes back to the newer upload
                 provenance.add(into, handed_in.student, handed_in.assignment, replace(came, at=before.at))
@@ -357,8 +389,14 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
         if before.platform and not came.platform:
             handed_in.notes.append(INSTEAD.format(before.platform))
         _move_away(target, into, at)
+    return _lay_out(handed_in, into)
+
+
+def _lay_out(handed_in: HandedIn, into: Path) -> bool:
+    """Lay a hand-in out where nothing is, and return True."""
+    target = into / handed_in.student / handed_in.assignment
     target.parent.mkdir(parents=True, exist_ok=True)
-    provenance.add(into, handed_in.student, handed_in.assignment, came)
+    provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
     _write(handed_in, target, into)
     return True
 

@@ -3,6 +3,7 @@
 import io
 import json
 import os
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -540,7 +541,7 @@ def made_out_to(folder: Path, name: str, at: datetime, files: dict[str, bytes] =
     return repacked(handed_in(folder, "somebody", at, files), {"student": name})
 
 
-ODD = ("ada:l", "ada_l", "ada\N{NO-BREAK SPACE}l", "ada l\N{ZERO WIDTH JOINER}", "\N{RIGHT-TO-LEFT OVERRIDE}ada l")
+ODD = ("ada:l", "ada;l", "ada\N{NO-BREAK SPACE}l", "ada l\N{ZERO WIDTH JOINER}", "\N{RIGHT-TO-LEFT OVERRIDE}ada l")
 
 
 @pytest.mark.parametrize("other", ODD)
@@ -557,6 +558,28 @@ def test_names_that_would_share_a_folder_are_not_taken_for_one_student(tmp_path,
     before = laid_out(tmp_path / "out")
     assert collect([second], tmp_path / "out").laid_out == []
     assert laid_out(tmp_path / "out") == before
+
+
+@pytest.mark.parametrize("other", ["ada l", "ada_l.", "ada_l\0", ["ada_l"]])
+def test_of_names_that_would_share_a_folder_the_one_that_is_spelled_like_it_keeps_it(tmp_path, other):
+    """At once, and whichever was laid out before."""
+    mine = {**FILES, "relay.py": b"print('mine')\n"}
+    own = made_out_to(tmp_path / "own", "ada_l", EARLY, mine)
+    odd = made_out_to(tmp_path / "odd", other, LATER)
+    for made in ([[own, odd]], [[own], [odd]], [[odd], [own]], [[odd], [odd, own], [own]]):
+        out = tmp_path / "out"
+        results = [collect(sources, out) for sources in made]
+        laid = {each for each in laid_out(out).items() if not each[0].startswith(".others")}
+        assert ("ada_l/services/relay.py", mine["relay.py"]) in laid
+        unplaced = [line for result in results for line in result.unplaced]
+        told = [each.remark for result in results for each in result.laid_out]
+        if made[0] == [odd]:
+            assert "has the same folder, and no longer counts" in str(told)
+            assert b"print('relay')\n" in laid_out(out).values()  # kept
+        else:
+            assert len(unplaced) == 1 and unplaced[0].startswith(odd.name)
+            assert "have the same folder as those of ada_l: name each in a roster (--roster)" in unplaced[0]
+        shutil.rmtree(out)
 
 
 def test_one_student_may_write_a_name_in_two_ways_of_unicode(tmp_path):
