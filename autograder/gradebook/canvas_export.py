@@ -36,7 +36,10 @@ class CanvasGradebook:
             raise CannotExport(f"{file} cannot be read: {error}") from None
         first = text.partition("\n")[0]
         separator = ";" if first.count(";") > first.count(",") else ","  # Canvas writes either
-        lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
+        try:
+            lines = list(csv.reader(io.StringIO(text, newline=""), delimiter=separator))
+        except csv.Error as error:
+            raise CannotExport(f"{file} is not a gradebook exported from Canvas: {error}") from None
         header = [title.strip() for title in lines[0]] if lines else []
         if not {"ID", "Section"} <= set(header) or not {"Student", "LastName"} & set(header):
             missing = "it has no columns Student, ID, Section"

@@ -245,6 +245,10 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
         (lambda path: str(path / "none.csv"), "cannot be read"),
         (lambda path: str(path / "gradebook.db"), "is no gradebook exported from Canvas|cannot be read"),
         (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no ID of a student"),
+        (
+            lambda path: roster(path, f'"{"x" * 200_000}",101'),
+            "is not a gradebook exported from Canvas: field larger than",
+        ),
         (lambda path: roster(path, ADA, first="calculator (54)"), "has 2 columns for calculator: choose one"),
     ],
 )
