@@ -27,6 +27,7 @@ from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
 from autograder.submissions.roster import Roster, of_class, read_rosters
 from autograder.usage import UsageProblem, told
+from course.foundation import storage
 
 if TYPE_CHECKING:
     from autograder.gradebook.entering import Entering
@@ -257,6 +258,7 @@ def report_command(
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
+    _check_target(target)
     known = _circumstances(out, reports, _roster_of(out, roster), gradebook)
     summary.write(list(reports.values()), target, out, known)
     for look in looks(reports.values(), known):
@@ -297,6 +299,8 @@ def similar(
     """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
     from autograder.similarity import find, presenting
 
+    if html:
+        _check_target(html)
     findings = find(folder, assignment, top, earlier or [])
     if html:
         presenting.write(findings, html)
@@ -580,6 +584,12 @@ def _database_refuses(error: BaseException) -> str:
 def _fail(message: str, code: int = USAGE) -> NoReturn:
     print(printable(f"autograder: {message}"), file=sys.stderr)
     raise SystemExit(code)
+
+
+def _check_target(named: Path) -> None:
+    """Raise UsageError for what is not a file to write to, before the work begins."""
+    if why := storage.refused(named):
+        raise UsageError(f"cannot write to {named}: {why}")
 
 
 def _one_of(jobs: int | None, scheduler: str | None) -> None:

@@ -107,13 +107,15 @@ class Exporter(ExportPlugin):
     def export(self, gradebook: Gradebook) -> None:
         """Write the file; nbgrader calls this.  A mistake that the instructor can fix is one line and exit status 1."""
         target = Path(self.to or self.default_name)
+        if why := storage.refused(target):
+            raise SystemExit(f"autograder: cannot write to {target}: {why}")
         try:
             rows = self.rows(self._grades(gradebook))
         except CannotExport as error:
             raise SystemExit(f"autograder: {error}") from None
         text = io.StringIO(newline="")
         csv.writer(text).writerows(rows)
-        storage.replace(target, text.getvalue().encode(), storage.PRIVATE)
+        storage.write(target, text.getvalue().encode(), storage.PRIVATE)
         self.log.info("Exported to %s", target)
 
     def rows(self, grades: Grades) -> Rows:

@@ -174,7 +174,7 @@ def page(reports: list[Report], feedback: str = "feedback", known: Known | None 
 def write(reports: list[Report], target: Path, out: Path, known: Known | None = None) -> None:
     """Write the page on the results in the output folder `out`, readable by the instructor only."""
     way = os.path.relpath(out / "feedback", target.parent)
-    storage.replace(target, page(reports, way, known).encode(errors="replace"), storage.PRIVATE)
+    storage.write(target, page(reports, way, known).encode(errors="replace"), storage.PRIVATE)
 
 
 def _class(name: str, reports: list[Report]) -> Class:

@@ -80,4 +80,4 @@ def page(findings: Iterable[Finding]) -> str:
 
 def write(findings: Iterable[Finding], target: Path) -> None:
     """Write the page, readable by the instructor only."""
-    storage.replace(target, page(findings).encode(errors="replace"), storage.PRIVATE)
+    storage.write(target, page(findings).encode(errors="replace"), storage.PRIVATE)

@@ -1,10 +1,14 @@
 """Replacing a file atomically: a reader finds either the old content or the new, even after a power cut."""
 
+import errno
 import os
+import stat
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
+MOST_LINKS = 40  # that lead to one another, as in Linux
 
 
 def draft_of(path: Path) -> Path:
@@ -25,3 +29,59 @@ def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> 
     except BaseException:
         draft.unlink(missing_ok=True)  # frees the space on a full disk
         raise
+
+
+def refused(named: Path) -> str:
+    """Return why `write` refuses to write to the file that a person has named, as a line; '' if it does not."""
+    try:
+        place = _behind_links(named)
+        kind = stat.S_IFMT(os.stat(place).st_mode)
+    except FileNotFoundError:
+        return ""
+    except OSError as error:
+        return error.strerror or str(error)
+    if kind == stat.S_IFDIR:
+        return "it is a folder: name a file"
+    return "" if kind in (stat.S_IFREG, stat.S_IFCHR, stat.S_IFIFO) else "it is not an ordinary file: name another one"
+
+
+def write(named: Path, content: bytes, mode: int = 0o666) -> None:
+    """Write the file that a person has named: replace it, or the file that a link leads to, as `replace` does.
+
+    A terminal, a pipe and `/dev/stdout` are written to, and stay what they are.  Raises OSError, also for what is
+    `refused`, and then nothing has changed.
+    """
+    if why := refused(named):
+        raise OSError(errno.EINVAL, why, str(named))
+    place = _behind_links(named)
+    if isinstance(place, int):
+        sys.stdout.flush()  # what was printed before comes first
+        descriptor = os.dup(place)
+    elif not place.exists() or place.is_file():
+        replace(place, content, mode)
+        return
+    else:
+        descriptor = os.open(place, os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)  # no wait for a reader
+        os.set_blocking(descriptor, True)
+    with open(descriptor, "wb") as file:
+        file.write(content)
+
+
+def _behind_links(named: Path) -> Path | int:
+    """Return the path that links lead to, or the descriptor of this process that it stands for, as `/dev/stdout` does.
+
+    Raises OSError, also for a link that somebody else has put into a folder where everybody may.
+    """
+    here = named
+    for _ in range(MOST_LINKS):
+        folder = Path(os.path.realpath(here.parent))
+        if folder == Path(f"/proc/{os.getpid()}/fd") and here.name.isdecimal():
+            return int(here.name)
+        here = folder / here.name
+        if not here.is_symlink():
+            return here
+        around = folder.stat()
+        if around.st_mode & stat.S_IWOTH and here.lstat().st_uid not in (os.geteuid(), around.st_uid):
+            raise OSError(errno.EPERM, "it is a link that another user has made: name another file", str(named))
+        here = folder / os.readlink(here)
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(named))

@@ -1,6 +1,8 @@
 """The report and `show` say first what needs a look, by name; what is well folds."""
 
+import fcntl
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -208,3 +210,31 @@ def test_a_line_that_cannot_be_read_is_named(out, capsys, monkeypatch, command, 
         and len(said) < 600
     )
     assert said.endswith("remove that line: `autograder grade` with --resume grades the submission again")
+
+
+WRITING = {"report": ["--html"], "similar": ["--html"], "export": ["--for", "csv", "--to"]}
+
+
+@pytest.mark.parametrize("command", WRITING)
+def test_what_lies_where_a_command_writes_is_not_replaced_unless_it_is_a_file(
+    out, tmp_path, capsys, monkeypatch, command
+):
+    def run(target: Path) -> tuple[int, list[str]]:
+        monkeypatch.setattr(sys, "argv", ["autograder", command, str(out), *WRITING[command], str(target)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0), capsys.readouterr().err.splitlines()
+
+    (tmp_path / "folder").mkdir()
+    why = "it is a folder: name a file"
+    assert run(tmp_path / "folder") == (2, [f"autograder: cannot write to {tmp_path / 'folder'}: {why}"])
+    (tmp_path / "file").write_text("old")
+    (tmp_path / "link").symlink_to("file")
+    assert run(tmp_path / "link") == (0, [])
+    assert (tmp_path / "link").is_symlink() and "ada" in (tmp_path / "file").read_text()
+    os.mkfifo(tmp_path / "pipe")
+    reader = os.open(tmp_path / "pipe", os.O_RDONLY | os.O_NONBLOCK)
+    fcntl.fcntl(reader, fcntl.F_SETPIPE_SZ, 1 << 20)  # for a whole page
+    assert run(tmp_path / "pipe") == (0, [])
+    assert b"ada" in os.read(reader, 1 << 20)
+    os.close(reader)
