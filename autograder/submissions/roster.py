@@ -121,7 +121,7 @@ def _lines(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
     seen = set()
     for number, line in table(path):
         student = (line.get(STUDENT) or "").strip()
-        if not ID.fullmatch(student) or student.startswith("."):
+        if not ID.fullmatch(student) or student.startswith((".", "-")):
             raise UsageError(f"{path}, line {number}: {student!r} cannot be the name of a folder")
         if student in seen:
             raise UsageError(f"{path}, line {number}: {student!r} is listed twice")
@@ -152,8 +152,13 @@ def table(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
 
 
 def folder_name(name: str) -> str:
-    """Return a name as that of a folder: its letters, digits and `._-`, never hidden, at most LONGEST bytes."""
+    """Return a name as that of a folder: its letters, digits and `._-`, never hidden, at most LONGEST bytes.
+
+    '' if nothing is left of it, or if a command would take it for an option.
+    """
     plain = re.sub(r"[^\w.@+-]+", "_", unicodedata.normalize("NFC", name)).strip("._")
+    if plain.startswith("-"):
+        return ""
     return plain.encode()[:LONGEST].decode(errors="ignore")
 
 

@@ -375,6 +375,7 @@ def test_without_a_roster_those_in_the_same_download_are_the_class(tmp_path, sig
         ("student,login\nada,x\nada,y\n", "line 3: 'ada' is listed twice"),
         ("student,login\n../ada,x\n", "cannot be the name of a folder"),
         ("student,login\n.others,x\n", "cannot be the name of a folder"),
+        ("student,login\n-rf,x\n", "cannot be the name of a folder"),
         (b"student,login\nJ\xf6rg,x\n", "is not a CSV file in UTF-8"),
     ],
 )
@@ -580,6 +581,14 @@ def test_of_names_that_would_share_a_folder_the_one_that_is_spelled_like_it_keep
             assert len(unplaced) == 1 and unplaced[0].startswith(odd.name)
             assert "have the same folder as those of ada_l: name each in a roster (--roster)" in unplaced[0]
         shutil.rmtree(out)
+
+
+@pytest.mark.parametrize("name", ["-rf", "--help", " -x", "._-x"])
+def test_a_name_that_a_command_would_take_for_an_option_is_listed_and_not_laid_out(tmp_path, name):
+    hostile = made_out_to(tmp_path / "hostile", name, EARLY)
+    result = collect([hostile, made_out_to(tmp_path / "in", "a-b", EARLY)], tmp_path / "out")
+    assert counted(tmp_path / "out") == {"a-b/services"}
+    assert result.unplaced == [f"{hostile.name}: {name!r} cannot be the name of a folder"]
 
 
 def test_one_student_may_write_a_name_in_two_ways_of_unicode(tmp_path):
