@@ -20,6 +20,7 @@ from course.explaining.source import (
     parse,
     unanswered,
     unspun_executor,
+    written_number,
     wrong_cancel,
     wrong_range,
 )
@@ -71,8 +72,8 @@ def long_limit(source: str, line: int) -> str:
         limit = next((each.value for each in call.keywords if each.arg == "timeout_sec"), None)
         if isinstance(limit, ast.Name):
             limit = _default(tree, line, limit.id)
-        seconds = limit.value if isinstance(limit, ast.Constant) else None
-        if limit and isinstance(seconds, (int, float)) and seconds > LONGEST:
+        seconds = written_number(limit)
+        if limit and seconds is not None and seconds > LONGEST:
             return f"A time limit is in seconds: {seconds:g} in line {limit.lineno} are {seconds / 60:.0f} minutes."
     return ""
 
@@ -89,8 +90,8 @@ def short_wait(source: str, least: float) -> tuple[int, float] | None:
     limit: ast.expr | None = argument(waits[0], 0, "timeout_sec")
     if isinstance(limit, ast.Name):
         limit = _default(tree, waits[0].lineno, limit.id)
-    seconds = limit.value if isinstance(limit, ast.Constant) else None
-    return (waits[0].lineno, seconds) if isinstance(seconds, (int, float)) and seconds < least else None
+    seconds = written_number(limit)
+    return (waits[0].lineno, seconds) if seconds is not None and seconds < least else None
 
 
 def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from course.explaining.endless_waits import EXECUTORS, Call, is_own, of_rclpy, threads
 from course.explaining.failure_report import Frame, text_at
-from course.explaining.source import Function, calls, covers, functions, name_of, parse
+from course.explaining.source import Function, calls, covers, functions, name_of, parse, written_number
 
 CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
 # A program with one of these may run other code while a callback waits.
@@ -99,8 +99,7 @@ def in_calls(stacks: str, path: Path) -> int:
 def _shortest_sleep(tree: ast.Module, line: int) -> float:
     """Return the shortest time (s) that a `sleep` in a line takes; 0 if a time is not written out."""
     here = [call for call in calls(tree, "sleep") if covers(call, line)]
-    values = [getattr(call.args[0] if call.args else None, "value", 0.0) for call in here]
-    return min((float(each) if isinstance(each, (int, float)) else 0.0 for each in values), default=0.0)
+    return min((written_number(call.args[0] if call.args else None) or 0.0 for call in here), default=0.0)
 
 
 def _waits_for_ever(tree: ast.Module, source: str, line: int) -> bool:

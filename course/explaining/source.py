@@ -132,6 +132,15 @@ def argument(call: ast.Call, place: int, name: str) -> ast.expr | None:
     return next((keyword.value for keyword in call.keywords if keyword.arg == name), None)
 
 
+def written_number(node: ast.expr | None) -> float | None:
+    """Return a number that is written out; None for anything else, and for a whole number larger than any float."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    try:
+        return float(value) if isinstance(value, (int, float)) else None
+    except OverflowError:
+        return None
+
+
 def made_at(source: str, maker: str, name: str) -> int:
     """Return the line of a call of `maker`, such as `create_publisher`, with the name `name`; 0 if there is none."""
     for call in calls(parse(source), maker):

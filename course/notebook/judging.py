@@ -42,6 +42,7 @@ from course.explaining.source import (
     service_callbacks,
     timer_in_a_callback,
     without_global,
+    written_number,
     wrong_guard,
 )
 from course.explaining.source import parse as parse_program
@@ -465,10 +466,7 @@ def slow_timer(file: str, most: float) -> str:
 def _number(node: ast.expr | None, tree: ast.Module) -> float | None:
     """Return the value of a number, or of a quotient or product of numbers, or of a constant of the file; or None."""
     if isinstance(node, ast.Constant):
-        try:
-            return float(node.value) if isinstance(node.value, (int, float)) else None
-        except OverflowError:  # a whole number that is larger than any float
-            return None
+        return written_number(node)
     if isinstance(node, ast.Name):
         set_to = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == node.id]
         stored = [each for each in set_to if not isinstance(each.ctx, ast.Load)]

@@ -121,6 +121,8 @@ Client().ask({asked})
         ("5000", "timeout_sec", "1, 5.0", 0),
         ("5000", "5.0", "1", 0),
         ("5.0", "LONG", "1", 0),
+        ("5.0", "9" * 400, "1", 0),  # more than the largest float
+        ("5.0", "0x" + "f" * 4000, "1", 0),
     ],
 )
 def test_a_time_limit_in_milliseconds(default, given, asked, line):

@@ -73,6 +73,7 @@ def test_a_callback_that_cannot_return(tmp_path, body):
         "while self.waiting:\n    rclpy.spin_once(self)",
         "while True:\n    self.spin_for_a_while()",
         "pass\ntime.sleep(4.9)",
+        f"pass\ntime.sleep({'9' * 400})",  # it raises
         "pass\ntime.sleep(self.period)",
         "pass\ntime.sleep(9 if self.left else 1)",
         "pass\ntime.sleep(9) if self.left else time.sleep(1)",
