@@ -339,7 +339,7 @@ def test_walls_and_places_that_are_no_numbers_are_left_out():
     listener._last, listener.fast_world = {"/walls": serialize_message(marker)}, lambda: None
     assert listener.walls()[1:] == ("room", [0.0, 1.0, 1.0, 1.0, 4.0, 1.0, 5.0, 1.0])
     listener._hits = deque()
-    for text in ("at x=1.2.3 m, y=1 m", f"x={400 * '9'} m, y=1 m", "x=1.5 m, y=-2 m"):
+    for text in ("at x=1.2.3 m, y=1 m", f"x={400 * '9'} m, y=1 m", "x=9999999 m, y=1 m", "x=1.5 m, y=-2 m"):
         listener.count, hear = {"/collision": 0}, listener._hear("/collision")
         hear(serialize_message(String(data=text)), {"source_timestamp": 1})
     assert listener.collisions()["places"] == [[1.5, -2.0]]

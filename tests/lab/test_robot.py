@@ -6,11 +6,13 @@ import math
 import statistics
 
 import pytest
+from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
+from visualization_msgs.msg import Marker
 
-from course.lab.kernel.robot_listener import RobotListener
+from course.lab.kernel.robot_listener import FARTHEST, RobotListener
 from course.world import ROOMS
 from course.world.geometry import clearance
 from course.world.simulation import Robot
@@ -530,3 +532,27 @@ def test_numbers_without_measure_that_somebody_publishes_are_drawn_or_left_out(n
         setattr(scan, wide, in_scans)
         heard._last["/scan"] = serialize_message(scan)
         json.dumps(heard.scan(), allow_nan=False)
+
+
+@pytest.mark.parametrize("far", [1e7, -1e17, 1e308])
+def test_a_place_where_no_room_can_be_is_left_out_and_a_distance_is_bounded(far):
+    """The picture could not show it, and a page counts its lines."""
+    heard = object.__new__(RobotListener)
+    odometry, marker, scan = Odometry(), Marker(ns="far"), LaserScan(angle_increment=0.1, range_max=abs(min(far, 3e38)))
+    odometry.pose.pose.orientation.w = scan.range_min = 1.0
+    odometry.pose.pose.position.y = far
+    scan.ranges = [scan.range_max]
+    marker.points = [Point(x=x, y=y) for x, y in ((0.0, 0.0), (1.0, 0.0), (0.0, far), (1.0, 0.0))]
+    read = {"/odom": odometry, "/walls": marker, "/scan": scan}
+    heard._last = {topic: serialize_message(message) for topic, message in read.items()}
+    heard._poses, heard._fast, heard.fast_world = [heard._last["/odom"]], None, lambda: None
+    assert heard.robot()["pose"] is None
+    assert heard.walls()[1:] == ("far", [0.0, 0.0, 1.0, 0.0])
+    seen = heard.scan()
+    assert (seen["from"], seen["reach"], seen["sectors"]["front"]) == (None, FARTHEST, FARTHEST)
+    odometry.pose.pose.position.y, odometry.twist.twist.linear.x = FARTHEST, 1e300  # and moves on until the scan
+    scan.header.stamp.sec = 1
+    heard._last |= {"/odom": serialize_message(odometry), "/scan": serialize_message(scan)}
+    heard._poses = [heard._last["/odom"]]
+    assert heard.robot()["pose"] == [0.0, FARTHEST, 0.0]
+    assert heard.scan()["from"] is None

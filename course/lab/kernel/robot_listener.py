@@ -55,7 +55,7 @@ TOPICS: dict[str, tuple[type, QoSProfile]] = {
     "/collision": (String, LATCHED),
     "/walls": (Marker, LATCHED),
 }
-FARTHEST = 1e6  # m, the most that a range is drawn as
+FARTHEST = 1e6  # m, the most that a range is drawn as; a place that is farther away from the origin is left out
 NOTHING, NO_MEASUREMENT = -1, -2  # instead of a range: no obstacle in reach, and not a measurement
 SILENT = 1.5  # s without a message, after which a state counts as unknown
 STATE = re.compile(r"State: ([A-Za-z]\w{0,39})\b")  # in the driver's log, as in the chapter
@@ -260,10 +260,10 @@ class RobotListener:
             "first": _finite(scan.angle_min, 4),
             "step": _finite(scan.angle_increment * step, 6),
             "beams": beams,
-            "reach": _finite(scan.range_max, 2),
+            "reach": _near(scan.range_max, 2),
             "ranges": [_centimetres(value, scan.range_min, scan.range_max) for value in scan.ranges[::step]],
             "from": self._pose_at(_stamp(self._last["/scan"])),
-            "sectors": {name: _finite(value, 2) for name, value in from_scan(scan).items()},
+            "sectors": {name: _near(value, 2) for name, value in from_scan(scan).items()},
         }
 
     def robot(self) -> dict[str, Any] | None:
@@ -273,16 +273,16 @@ class RobotListener:
         twist = odometry.twist.twist
         return {"pose": _pose(self._last["/odom"]), "moves": [_finite(twist.linear.x, 3), _finite(twist.angular.z, 3)]}
 
-    def _pose_at(self, stamp: int) -> list[float | None] | None:
+    def _pose_at(self, stamp: int) -> list[float] | None:
         """Return the pose at that time (ns), interpolated between known ones or extrapolated from the last."""
         poses = sorted(self._poses.copy(), key=_stamp)
         number = bisect.bisect_left(poses, stamp, key=_stamp)
         if number < len(poses) and (number == 0 or _stamp(poses[number]) == stamp):
             return _pose(poses[number])
-        if not poses or (before := _pose(poses[number - 1])) is None or None in before:
+        if not poses or (before := _pose(poses[number - 1])) is None:
             return None
         since = (stamp - _stamp(poses[number - 1])) / 1e9
-        if number < len(poses) and (after := _pose(poses[number])) is not None and None not in after:
+        if number < len(poses) and (after := _pose(poses[number])) is not None:
             share = since / ((_stamp(poses[number]) - _stamp(poses[number - 1])) / 1e9)
             return _between(before, after, share)
         return _moved_on(before, poses[number - 1], min(since, AHEAD))
@@ -324,10 +324,9 @@ class RobotListener:
         marker = decoded(message, Marker) if len(message) <= LONGEST else None
         if marker is None:
             return message, "", []
-        # A wall with an end that is not finite is left out, because JSON cannot represent it.
         walls = zip(marker.points[::2], marker.points[1::2], strict=False)
         ends = [(one.x, one.y, other.x, other.y) for one, other in walls]
-        return message, marker.ns, [round(value, 2) for wall in ends if all(map(math.isfinite, wall)) for value in wall]
+        return message, marker.ns, [round(value, 2) for wall in ends if all(map(_is_near, wall)) for value in wall]
 
 
 @dataclass(frozen=True)
@@ -348,7 +347,8 @@ def _is_old(at: float) -> bool:
 def _place(text: str) -> list[float] | None:
     """Return the place of a collision, x, y (m), or None if its text has none."""
     found = PLACE.search(text)
-    return [float(found[1]), float(found[2])] if found else None
+    place = [float(found[1]), float(found[2])] if found else []
+    return place if place and all(map(_is_near, place)) else None
 
 
 def _stamp(message: bytes) -> int:
@@ -362,23 +362,24 @@ def _stamp(message: bytes) -> int:
     return int(seconds) * 10**9 + int(nanoseconds)
 
 
-def _between(before: list[Any], after: list[Any], share: float) -> list[float | None]:
+def _between(before: list[float], after: list[float], share: float) -> list[float] | None:
     """Return a pose interpolated between two."""
     (x, y, heading), (to_x, to_y, to_heading) = before, after
     turn = math.remainder(to_heading - heading, 2.0 * math.pi)
     return _told(x + share * (to_x - x), y + share * (to_y - y), heading + share * turn)
 
 
-def _moved_on(pose: Any, odometry: bytes, seconds: float) -> list[float | None]:
+def _moved_on(pose: list[float], odometry: bytes, seconds: float) -> list[float] | None:
     """Return the pose `seconds` after another one, at the velocity of the odometry."""
     read = decoded(odometry, Odometry)
     linear, angular = (read.twist.twist.linear.x, read.twist.twist.angular.z) if read else (0.0, 0.0)
     if not math.isfinite(linear) or not math.isfinite(angular):
-        return _told(*pose)
-    return _told(*advance(pose, linear, angular, seconds))
+        return pose
+    x, y, heading = pose
+    return _told(*advance((x, y, heading), linear, angular, seconds))
 
 
-def _pose(odometry: bytes) -> list[float | None] | None:
+def _pose(odometry: bytes) -> list[float] | None:
     if not odometry or (read := decoded(odometry, Odometry)) is None:
         return None
     pose = read.pose.pose
@@ -387,9 +388,21 @@ def _pose(odometry: bytes) -> list[float | None] | None:
     return _told(pose.position.x, pose.position.y, heading)
 
 
-def _told(x: float, y: float, heading: float) -> list[float | None]:
-    """Return a pose for the page: x m, y m, heading rad."""
-    return [_finite(x, 3), _finite(y, 3), _finite(heading, 4)]
+def _told(x: float, y: float, heading: float) -> list[float] | None:
+    """Return a pose for the page: x m, y m, heading rad; None where no robot can be."""
+    if not (_is_near(x) and _is_near(y) and math.isfinite(heading)):
+        return None
+    return [round(x, 3), round(y, 3), round(math.remainder(heading, 2.0 * math.pi), 4)]
+
+
+def _is_near(value: float) -> bool:
+    """Return True for a coordinate that the page can draw; never for NaN."""
+    return abs(value) <= FARTHEST
+
+
+def _near(value: float, digits: int) -> float | None:
+    """Return a rounded distance (m) for JSON, at most `FARTHEST`; None for infinity and NaN."""
+    return round(max(-FARTHEST, min(float(value), FARTHEST)), digits) if math.isfinite(value) else None
 
 
 def _finite(value: float, digits: int) -> float | None:

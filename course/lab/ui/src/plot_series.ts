@@ -1,5 +1,7 @@
 // The data of a plot, values over time, and the picture and the table of them.
 
+import { wholeNumbers } from './ticks';
+
 export interface Series {
   topic: string;
   field: string;
@@ -181,7 +183,7 @@ export function draw(
   const rise = stepOf(high - low, Math.max(4, (bottom - top) / 40));
   const digits = Math.min(12, Math.max(0, -Math.floor(Math.log10(rise) + 1e-9)));
   context.beginPath();
-  for (let number = Math.ceil(low / rise); number * rise <= high; number++) {
+  for (const number of wholeNumbers(low / rise, high / rise)) {
     const value = number * rise;
     const text = Math.abs(value) >= 1e6 ? value.toExponential(2) : value.toFixed(digits);
     context.fillText(text.replace('-', '−'), MARGIN.left - 5, py(value));
@@ -190,7 +192,7 @@ export function draw(
   }
   context.textAlign = 'center';
   const step = stepOf(frame.until - frame.from, (right - MARGIN.left) / 80);
-  for (let number = Math.ceil((frame.from - began) / step); began + number * step <= frame.until; number++) {
+  for (const number of wholeNumbers((frame.from - began) / step, (frame.until - began) / step)) {
     const time = began + number * step;
     const text = (number * step).toFixed(step < 1 ? 1 : 0).replace('-', '−');
     if (px(time) < right - context.measureText(name).width - 16) {

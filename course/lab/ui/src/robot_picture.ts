@@ -1,6 +1,7 @@
 // The picture of the robot in its room, on a canvas, in the theme's colours.
 
 import { Place, Pose, RobotState, Scan } from './robot_state';
+import { wholeNumbers } from './ticks';
 
 export const RADIUS = 0.18; // m, of the robot
 export const OBSTACLE = 0.15; // m, radius of a dropped obstacle
@@ -55,8 +56,8 @@ export function viewOf(state: RobotState, width: number, height: number, zoom: Z
   const ys = walls.filter((_, number) => number % 2 === 1);
   const robot = state.shown(now) ?? [0, 0, 0];
   const [x, y] = state.pose ?? [0, 0];
-  const [west, east] = xs.length ? [Math.min(...xs), Math.max(...xs)] : [x - AROUND, x + AROUND];
-  const [south, north] = ys.length ? [Math.min(...ys), Math.max(...ys)] : [y - AROUND, y + AROUND];
+  const [west, east] = ends(xs) ?? [x - AROUND, x + AROUND];
+  const [south, north] = ends(ys) ?? [y - AROUND, y + AROUND];
   const [wide, high] = [width - MARGIN.left - MARGIN.right, height - MARGIN.top - MARGIN.bottom];
   const whole = Math.max(1, Math.min(wide / Math.max(east - west, 0.1), high / Math.max(north - south, 0.1)));
   const scale = zoom.factor * whole;
@@ -66,6 +67,11 @@ export function viewOf(state: RobotState, width: number, height: number, zoom: Z
     left: MARGIN.left + wide / 2 - scale * middle,
     bottom: MARGIN.top + high / 2 + scale * level
   };
+}
+
+/** Return the least and the greatest of these numbers, however many there are; null if there are none. */
+function ends(values: number[]): [number, number] | null {
+  return values.length ? values.reduce(([low, high], each) => [Math.min(low, each), Math.max(high, each)], [Infinity, -Infinity]) : null;
 }
 
 export function toRoom(view: View, x: number, y: number): [number, number] {
@@ -139,11 +145,11 @@ function grid(context: CanvasRenderingContext2D, view: View, colour: string, wid
   context.beginPath();
   const [west, north] = toRoom(view, 0, 0);
   const [east, south] = toRoom(view, width, height);
-  for (let x = Math.ceil(west); x <= east; x++) {
+  for (const x of wholeNumbers(west, east)) {
     context.moveTo(view.left + view.scale * x, 0);
     context.lineTo(view.left + view.scale * x, height);
   }
-  for (let y = Math.ceil(south); y <= north; y++) {
+  for (const y of wholeNumbers(south, north)) {
     context.moveTo(0, view.bottom - view.scale * y);
     context.lineTo(width, view.bottom - view.scale * y);
   }
@@ -319,14 +325,14 @@ function axes(context: CanvasRenderingContext2D, view: View, colour: Colours, wi
   const [east, south] = toRoom(view, width - 46, height - 26);
   context.beginPath();
   context.textAlign = 'center';
-  for (let number = Math.ceil(west / step); number * step <= east; number++) {
+  for (const number of wholeNumbers(west / step, east / step)) {
     const x = view.left + view.scale * step * number;
     context.fillText(label(number), x, height - 8);
     context.moveTo(x, height - 18);
     context.lineTo(x, height - 15);
   }
   context.textAlign = 'right';
-  for (let number = Math.ceil(south / step); number * step <= north; number++) {
+  for (const number of wholeNumbers(south / step, north / step)) {
     const y = view.bottom - view.scale * step * number;
     context.fillText(label(number), 21, y);
     context.moveTo(23, y);

@@ -1,0 +1,105 @@
+"""Values that the kernel's side of the panels leaves out or mends: the page shows what it can, and goes on.
+
+The test plays the kernel, so that they reach the page.
+"""
+
+import json
+import re
+import time
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, WebSocketRoute, expect
+
+from tests.browser.conftest import WAIT
+from tests.browser.pages import draws_within, open_page, run_from_palette, write_greeter
+
+expect.set_options(timeout=WAIT)
+
+SCAN = {
+    "first": 0.0,
+    "step": 0.1,
+    "beams": 2,
+    "reach": 5.0,
+    "ranges": [100, -1],
+    "from": None,
+    "sectors": {"front": 1.0, "left": None, "right": None},
+}
+SEEN = {"nodes": {"sees": ["/far"], "drives": []}, "scan": SCAN}
+KNOB = {"name": "gain", "kind": "double", "value": 0.5, "from": 0.0, "to": 1.0, "step": 0.1, "fixed": False}
+
+
+class Played:
+    """The kernel's end of the panels' connection, which the test plays."""
+
+    def __init__(self, page: Page):
+        self._page = page
+        self._topics: dict[str, int] = {}
+        self._socket: WebSocketRoute | None = None
+        page.route_web_socket(re.compile("/course/lab/"), self._open)
+
+    def _open(self, socket: WebSocketRoute) -> None:
+        self._socket = socket
+        socket.on_message(lambda text: self._hear(json.loads(text)))
+        self._say(link="up")
+
+    def _say(self, **message: Any) -> None:
+        assert self._socket
+        self._socket.send(json.dumps(message))
+
+    def _hear(self, message: dict[str, Any]) -> None:
+        if "method" in message:
+            if message["method"] == "subscribe":
+                self._topics[message["params"]["topic"]] = message["id"]
+            result = {"plot.fields": ["data"], "robot.rooms": {}}.get(message["method"])
+            self._say(id=message["id"], result=result)
+
+    def tell(self, topic: str, **said: Any) -> None:
+        """Send an event of a topic, with its `data` or an `error`, as soon as the page follows the topic."""
+        while topic not in self._topics:
+            self._page.wait_for_timeout(20)  # until which the page's messages are heard
+        self._say(id=self._topics[topic], topic=topic, **said)
+
+
+@pytest.fixture
+def played(lab, page):
+    """A page with a notebook, to whose panels the test speaks as the kernel."""
+    write_greeter(lab[2] / "open")
+    kernel = Played(page)
+    open_page(page, lab, "open/open.ipynb")
+    return kernel
+
+
+@pytest.fixture
+def view(page, played):
+    """The robot view of that page."""
+    run_from_palette(page, "ROS course", "Robot")
+    played.tell("robot", data=SEEN)
+    view = page.get_by_role("tabpanel", name="Robot", exact=True)
+    view.locator(".ros-Robot-canvas").wait_for()
+    return view
+
+
+def test_a_picture_of_places_and_numbers_of_any_size_is_drawn_at_once(page, played, view):
+    for far in (1e16, -1e17, 1e308):
+        walls = [far, 0.0, far, 1.0]
+        played.tell("robot", data={"room": {"name": f"{far:g}", "walls": walls, "began": far}})
+        expect(view).to_contain_text(f"room: {far:g}")
+        assert draws_within(page, 3000)  # ms, on a busy machine
+        pose = [far, far, far]
+        room = {"name": f"without {far:g}", "walls": [], "began": 0.0}
+        played.tell("robot", data={"room": room, "robot": {"pose": pose, "moves": [far, far]}})
+        expect(view).to_contain_text(f"room: without {far:g}")
+        played.tell("robot", data={"scan": SCAN | {"from": pose, "first": far, "step": far, "reach": far}})
+        assert draws_within(page, 3000)
+    run_from_palette(page, "ROS course", "Plot")
+    plot = page.get_by_role("tabpanel", name="Plot", exact=True)
+    played.tell("plot.topics", data=[["/far", "std_msgs/msg/Float64"]])
+    expect(plot.get_by_label("Field")).to_have_value("data")
+    plot.get_by_role("button", name="Add to the plot").click()
+    for far in ([1e16, 1e16 + 2], [-1e308, 1e308], [0.0, 5e-324], [-1e17, -1e17]):
+        clock = {"id": "1", "now": time.time(), "rate": 1.0, "simulated": False}
+        points = [[time.time(), value] for value in far]
+        played.tell("plot", data={"points": points, "says": "", "clock": clock})
+        expect(plot.get_by_role("listitem").locator("output")).to_have_text(re.compile(r"\d"))
+        assert draws_within(page, 3000)
