@@ -136,14 +136,14 @@ def visible(text: str, longest: int = LONGEST_TEXT) -> str:
     return text if text.isprintable() else UNSEEN.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
 
 
-def all_visible(data: Any) -> Any:
+def all_visible(data: Any, longest: int = LONGEST_TEXT) -> Any:
     """Return JSON data with all its texts made `visible`."""
     if isinstance(data, str):
-        return visible(data)
+        return visible(data, longest)
     if isinstance(data, dict):
-        return {all_visible(name): all_visible(value) for name, value in data.items()}
+        return {all_visible(name, longest): all_visible(value, longest) for name, value in data.items()}
     if isinstance(data, list | tuple):
-        return [all_visible(value) for value in data]
+        return [all_visible(value, longest) for value in data]
     return data
 
 

@@ -7,7 +7,7 @@ From the page:    {"id": 7, "method": "nodes.stop", "params": {"name": "adder"}}
 To the page:      {"id": 7, "result": null}  or  {"id": 7, "error": "what happened and what to do"}
                   {"id": 8, "topic": "nodes", "data": ...}               an event
                   {"id": 8, "topic": "nodes", "error": "..."}            the subscription has ended
-From the server:  {"link": "up"}, or "waiting" for a kernel to make a live session
+From the server:  {"link": "up"}, "waiting" for a kernel to make a live session, or "connecting" once more
 """
 
 import contextlib
@@ -20,7 +20,7 @@ from typing import Any
 
 from jupyter_core.paths import jupyter_runtime_dir
 
-LINE = 16 * 1024 * 1024  # bytes of a line at most
+LINE = 16 * 1024 * 1024  # bytes of a line at most; an event has less, see `course/lab/kernel/bridge.py`
 KERNEL_ID = r"[0-9A-Za-z_-]{1,64}"
 
 
@@ -41,6 +41,7 @@ def address(path: Path) -> Iterator[str]:
         os.close(folder)
 
 
-def encoded(message: dict[str, Any]) -> bytes:
+def encoded(message: Any) -> bytes:
     """Return a message as a line; raises ValueError and TypeError for values that JSON lacks, such as infinity."""
-    return json.dumps(message, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    text = json.dumps(message, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    return text.encode(errors="backslashreplace") + b"\n"  # JSON writes half a character as Python does

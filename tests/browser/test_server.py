@@ -1,12 +1,15 @@
 """The lab's part of the Jupyter server asks who is there, and serves its folder alone."""
 
+import contextlib
 import json
+import socket
 import urllib.error
 import urllib.request
 
 import pytest
 import websocket
 
+from course.lab import protocol
 from tests.browser.conftest import WAIT
 from tests.browser.pages import write_greeter
 
@@ -42,6 +45,30 @@ def kernel(lab):
 
 def test_a_page_waits_until_the_kernel_has_a_session(lab, kernel):
     page = connect(lab, kernel)
+    assert json.loads(page.recv()) == {"link": "waiting"}
+    page.close()
+
+
+def test_a_line_that_is_too_long_does_not_pass_for_a_kernel_that_has_ended(lab, kernel):
+    """It cannot come from a kernel of this course, but from one that runs since before an update."""
+    page = connect(lab, kernel)
+    assert json.loads(page.recv()) == {"link": "waiting"}
+    with socket.socket(socket.AF_UNIX) as played:
+        runtime = next((lab[2].parent / "home").rglob(f"kernel-{kernel}.json")).parent
+        path = runtime / protocol.socket_path(kernel).name
+        with protocol.address(path) as name:
+            played.bind(name)
+        played.listen()
+        for line in ((protocol.LINE + 1) * b"x" + b"\n", b'"short"\n'):
+            assert json.loads(page.recv()) == {"link": "up"}
+            with contextlib.suppress(OSError):  # it is not read to its end
+                connected = played.accept()[0]
+                connected.sendall(line)
+            told = json.loads(page.recv())
+            assert told == ("short" if line == b'"short"\n' else {"link": "connecting"})
+        played.close()
+        path.unlink()
+        connected.close()
     assert json.loads(page.recv()) == {"link": "waiting"}
     page.close()
 

@@ -9,6 +9,7 @@ from jupyter_core.paths import jupyter_runtime_dir
 
 from course.errors import CallTimeout
 from course.foundation.waiting import wait_until
+from course.lab import protocol
 from course.lab.kernel.bridge import AHEAD, Bridge
 from course.lab.kernel.panels import Backlog, Changes, Panels, Topic
 from tests.kernels import Kernel
@@ -118,6 +119,34 @@ def test_what_a_feed_raises_ends_the_subscription_and_is_told(page, panels):
     expected = {"id": number, "topic": "broken", "error": "there is no such thing: look again"}
     assert page.event() == expected
     assert page.ask("double", number=1)["result"] == 2
+
+
+# Of what a node can make, more than a line may have, and not more in characters.
+LONG = {
+    "lines": {"lines": 1100 * [["INFO", "node", 1990 * "\N{GRINNING FACE}"]]},
+    "control characters": 260 * [15_500 * "\x01"],
+    "names": {f"{number:03}{60_000 * 'é'}": number for number in range(160)},
+}
+
+
+@pytest.mark.parametrize("what", LONG)
+def test_a_text_that_is_too_long_for_a_line_is_cut_and_the_link_goes_on(page, panels, what):
+    panels.topics["long"] = Topic(lambda: Changes(lambda: LONG[what]), 0.01)
+    page.subscribe("long")
+    told = page.event()["data"]
+    assert len(protocol.encoded(told)) < protocol.LINE
+    assert len(told) == len(LONG[what])
+    assert page.ask("double", number=21)["result"] == 42
+
+
+def test_what_cannot_be_cut_is_refused_with_a_sentence_and_the_link_goes_on(page, panels):
+    panels.methods["numbers"] = lambda: 66_000 * [10**300]
+    panels.topics["numbers"] = Topic(lambda: Changes(panels.methods["numbers"]), 0.01)
+    said = "There is too much to show: 19 MiB, and 16 MiB is the most. Stop the node that has so much."
+    assert page.ask("numbers")["error"] == said
+    page.subscribe("numbers")
+    assert page.event()["error"] == said
+    assert page.ask("double", number=21)["result"] == 42
 
 
 @pytest.fixture

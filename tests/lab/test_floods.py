@@ -18,7 +18,10 @@ from std_msgs.msg import String
 from visualization_msgs.msg import Marker
 
 from course import environment
+from course.foundation.untrusted import all_visible
 from course.foundation.waiting import wait_until
+from course.lab import protocol
+from course.lab.kernel import log
 from course.lab.kernel.exchange import LARGEST, Exchange
 from course.lab.kernel.robot_listener import TOLD, RobotListener
 from course.session import logs
@@ -309,6 +312,31 @@ def test_many_long_lines_are_shown_in_part():
     assert "999 xxx" in shown
     assert len(entries._repr_html_()) < 1.1 * logs.SHOWN
     assert str(Logs(entries[:2])) == f"{entries[0]}\n{entries[1]}"
+
+
+@pytest.mark.parametrize("letters", [1990 * "\N{GRINNING FACE}", 1990 * "\x01", "short"])
+def test_lines_that_do_not_fit_in_one_event_come_in_several(letters, monkeypatch):
+    entries = [Entry("INFO", "node", f"{number} {letters}") for number in range(1100)]
+
+    class Follower:
+        older = 7
+
+        def read(self, limit):
+            told, entries[:] = entries.copy(), []
+            return told, 3 * bool(told)
+
+    class Live:
+        def follow_logs(self, wanted):
+            return Follower()
+
+    live = Live()
+    monkeypatch.setattr(log, "session", lambda: live)
+    feed, events = log.LogFeed(), []
+    while event := feed.read():
+        events.append(event)
+        assert len(protocol.encoded(all_visible(event["lines"]))) < 2 * log.EVENT
+    assert [line[2].split()[0] for event in events for line in event["lines"]] == [str(each) for each in range(1100)]
+    assert [sum(event[name] for event in events) for name in ("lost", "older")] == [3, 7]
 
 
 def test_a_line_without_end_is_cut_where_it_comes_from(tmp_path):

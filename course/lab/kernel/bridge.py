@@ -15,14 +15,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from course.errors import CourseError
-from course.foundation.untrusted import all_visible
+from course.errors import CourseError, LiveError
+from course.foundation.untrusted import LONGEST_TEXT, all_visible
 from course.lab import protocol
 from course.lab.kernel.panels import Feed, Panels, Topic
 from course.ros.rclpy_internals import unwatched
 
 REQUESTS = 16  # simultaneous requests of a page
 AHEAD = 2  # events of a subscription that the page may not have acknowledged yet
+TEXTS = (LONGEST_TEXT, 10_000, 1000, 100)  # characters of a text: fewer where a line would be too long
 # Since Python 3.13 asyncio removes a server's socket, and finds it by the name it was bound with, see protocol.address.
 BY_US: dict[str, Any] = {"cleanup_socket": False} if sys.version_info >= (3, 13) else {}
 
@@ -146,10 +147,25 @@ class Page:
             feed.close()
 
     async def _send(self, message: dict[str, Any]) -> None:
-        line = protocol.encoded(all_visible(message))  # names, values and logs can come from any program
+        line = fitting(message)
         with contextlib.suppress(OSError):  # it has disconnected
             self._writer.write(line)
             await self._writer.drain()
+
+
+def fitting(message: dict[str, Any]) -> bytes:
+    """Return a message as a line that is not too long: names, values and logs can come from any program.
+
+    Raises LiveError when it would be too long with short texts, too; ValueError and TypeError as `protocol.encoded`.
+    """
+    for longest in TEXTS:
+        line = protocol.encoded(all_visible(message, longest))
+        if len(line) <= protocol.LINE:
+            return line
+    raise LiveError(
+        f"There is too much to show: {len(line) >> 20} MiB, and {protocol.LINE >> 20} MiB is the most. "
+        "Stop the node that has so much."
+    )
 
 
 def sentence(error: Exception) -> str:

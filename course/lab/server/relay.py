@@ -60,8 +60,12 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
         with contextlib.suppress(WebSocketClosedError):
             connected = await self._connected(kernel_id)  # a page that is loaded again does not hear "waiting" first
             while kernel_id in self.kernel_manager:
-                if connected is not None:
-                    await self._pass_on(*connected)
+                if connected is not None and not await self._pass_on(*connected):
+                    await self._say({"link": "connecting"})
+                    await asyncio.sleep(LOOK)
+                    connected = await self._connected(kernel_id)
+                    if connected is not None:
+                        continue
                 await self._say({"link": "waiting"})
                 while (connected := await self._connected(kernel_id)) is None and kernel_id in self.kernel_manager:
                     await asyncio.sleep(LOOK)
@@ -72,18 +76,24 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
             return await asyncio.open_unix_connection(name, limit=protocol.LINE)
         return None
 
-    async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pass the kernel's messages on, as fast as the page reads them, until the kernel ends."""
+    async def _pass_on(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> bool:
+        """Pass the kernel's messages on, as fast as the page reads them; return True once the kernel has ended.
+
+        Return False after a line that is too long, as no kernel of this course sends it.
+        """
         self._kernel = writer
         try:
             await self._say({"link": "up"})
             while line := await reader.readline():
                 await self.write_message(line.decode())
-        except (ConnectionError, ValueError):
+        except ConnectionError:
             pass  # the kernel was killed in the middle of a line
+        except ValueError:
+            return False
         finally:
             self._kernel = None
             writer.close()
+        return True
 
     async def _say(self, message: dict[str, Any]) -> None:
         await self.write_message(message)

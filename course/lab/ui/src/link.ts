@@ -5,7 +5,9 @@ import { ServerConnection } from '@jupyterlab/services';
 import { IDisposable, DisposableDelegate } from '@lumino/disposable';
 import { ISignal, Signal } from '@lumino/signaling';
 
-/** The state of the kernel: `waiting` for a live session, `up`, or `offline` if the server does not answer. */
+/** The state of the kernel: `waiting` for a live session, `up`, `offline` if the server does not answer, or
+ * `connecting`, at first and after a message that was too long.
+ */
 export type State = 'connecting' | 'waiting' | 'up' | 'offline';
 
 interface Pending {
@@ -145,7 +147,9 @@ export class Link implements IDisposable {
         this._wanted.forEach(subscription => this._begin(subscription));
       } else {
         this._running.clear();
-        this._reject('The kernel has ended before it answered.');
+        this._reject(
+          state === 'waiting' ? 'The kernel has ended before it answered.' : 'The connection was lost before the kernel answered. Try again.'
+        );
       }
       this._changed.emit();
     }
