@@ -12,7 +12,8 @@ from collections import deque
 from contextlib import contextmanager
 
 import pytest
-from rcl_interfaces.msg import Log
+from rcl_interfaces.msg import ListParametersResult, Log, ParameterDescriptor, ParameterValue
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from visualization_msgs.msg import Marker
@@ -21,7 +22,7 @@ from course import environment
 from course.foundation.untrusted import all_visible
 from course.foundation.waiting import wait_until
 from course.lab import protocol
-from course.lab.kernel import log
+from course.lab.kernel import inspector, knobs, log, nodes
 from course.lab.kernel.exchange import LARGEST, Exchange
 from course.lab.kernel.robot_listener import TOLD, RobotListener
 from course.session import logs
@@ -337,6 +338,42 @@ def test_lines_that_do_not_fit_in_one_event_come_in_several(letters, monkeypatch
         assert len(protocol.encoded(all_visible(event["lines"]))) < 2 * log.EVENT
     assert [line[2].split()[0] for event in events for line in event["lines"]] == [str(each) for each in range(1100)]
     assert [sum(event[name] for event in events) for name in ("lost", "older")] == [3, 7]
+
+
+def test_names_and_values_without_end_leave_room_for_the_other_parameters(monkeypatch):
+    """In the robot view, in the Inspector's form and among a node's details."""
+    long, short = [f"{number:03}{60_000 * 'é'}" for number in range(120)], [f"z{number:03}" for number in range(120)]
+    value = ParameterValue(type=4, string_value=90_000 * "é")
+    numbers = {name: ParameterValue(type=3, double_value=1.0) for name in (*long, *short[:50], "last")}
+    known = numbers | dict.fromkeys(short[50:], value)
+
+    class Node:
+        def call(self, service, kind, *, timeout, names=()):
+            return self.answer(kind, names)
+
+        def answer(self, kind, names):
+            if kind is ListParameters:
+                return ListParameters.Response(result=ListParametersResult(names=[*known]))
+            if kind is GetParameters:
+                return GetParameters.Response(values=[known[name] for name in names])
+            about = [ParameterDescriptor(name=name, description=90_000 * "é") for name in names]
+            return DescribeParameters.Response(descriptors=about)
+
+    node = Node()
+    monkeypatch.setattr(inspector, "session", lambda: node)
+    monkeypatch.setattr(knobs, "_ask", lambda listener, name, kind, names=(): node.answer(kind, names))
+    monkeypatch.setattr(nodes, "answer", lambda client, request: node.answer(client, getattr(request, "names", ())))
+    form = inspector.form("parameter", "/node", "")
+    assert len(protocol.encoded(all_visible(form))) <= inspector.FORM + 1000
+    assert {field["name"] for field in form} > {"last", *short[:20]}
+    shown = knobs._read(None, "/node")
+    assert len(protocol.encoded(shown)) < log.EVENT
+    assert {*shown} == {"last", *short[:50]}
+    details = nodes.Details("/node")
+    details._clients = [ListParameters, GetParameters]
+    told = details._parameters()["parameters"]
+    assert len(protocol.encoded(told)) < log.EVENT
+    assert len(told) == len(known)
 
 
 def test_a_line_without_end_is_cut_where_it_comes_from(tmp_path):

@@ -9,14 +9,17 @@ from rclpy.action import get_action_names_and_types
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from course.errors import LiveError
+from course.foundation.untrusted import all_visible
+from course.lab import protocol
 from course.lab.kernel import exchange, forms, programs, sending, traffic
-from course.lab.kernel.nodes import of_interest, session
+from course.lab.kernel.nodes import of_interest, of_usual_length, session
 from course.lab.kernel.panels import Changes, Panels, Topic
 from course.ros.names import SEND, TYPE_NAMES, own_first
 from course.session.live import Session, current
 
 ANSWER = 5.0  # s
 LONGEST = 3600.0  # s that a reader may choose to wait
+FORM = protocol.LINE // 2  # bytes of a node's parameters; what does not fit is left out
 ARRAY = " array"
 # Those that a form can set, by their numbers.
 PARAMETER_TYPES = {number: name for number, name in enumerate(TYPE_NAMES) if name not in ("not set", f"byte{ARRAY}")}
@@ -106,10 +109,10 @@ def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:
 def _parameters(node: str) -> list[dict[str, Any]]:
     live = session()
     listed = live.call(f"{node}/list_parameters", ListParameters, timeout=ANSWER)
-    names = sorted(listed.result.names, key=own_first)
+    names = sorted(of_usual_length(listed.result.names), key=own_first)
     values = live.call(f"{node}/get_parameters", GetParameters, timeout=ANSWER, names=names).values
     described = live.call(f"{node}/describe_parameters", DescribeParameters, timeout=ANSWER, names=names).descriptors
-    found = []
+    found, room = [], FORM
     for name, value, descriptor in zip(names, values, described, strict=False):
         kind = PARAMETER_TYPES.get(value.type)
         plain = parameter_value_to_python(value)
@@ -120,7 +123,9 @@ def _parameters(node: str) -> list[dict[str, Any]]:
             field |= {"kind": "truth", "default": plain}
         else:
             field |= {"kind": "list" if kind and kind.endswith(ARRAY) else "scalar", "default": shown, "choices": {}}
-        found.append(field)
+        if (size := len(protocol.encoded(all_visible(field)))) <= room:
+            found.append(field)
+            room -= size
     return found
 
 

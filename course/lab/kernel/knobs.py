@@ -12,7 +12,7 @@ from rclpy.subscription import Subscription
 
 from course.errors import LiveError
 from course.foundation.waiting import wait_until
-from course.lab.kernel.nodes import answer
+from course.lab.kernel.nodes import answer, of_usual_length
 from course.lab.kernel.panels import Panels, Topic
 from course.lab.kernel.robot_listener import RobotListener, Source, close_listener, listener_in_use, open_listener
 from course.ros.names import PARAMETERS_OF_EVERY_NODE, is_valid
@@ -142,7 +142,7 @@ def _read(listener: RobotListener, node: str) -> dict[str, Any] | None:
     listed = _ask(listener, node, ListParameters)
     if listed is None:
         return None
-    names = sorted(set(listed.result.names) - set(PARAMETERS_OF_EVERY_NODE))[:SHOWN]
+    names = sorted(set(of_usual_length(listed.result.names)) - set(PARAMETERS_OF_EVERY_NODE))[:SHOWN]
     described = _ask(listener, node, DescribeParameters, names=names)
     got = _ask(listener, node, GetParameters, names=names)
     if described is None or got is None:

@@ -21,7 +21,8 @@ from course.session.live import Session, current
 from course.session.table import Row
 
 SHOWN = 500  # parameters of a node
-LONGEST = 1000  # characters of a value that are shown
+LONGEST = 1000  # characters of a name or a value that are shown
+NAME = 1000  # bytes of a parameter's name; a parameter with a longer one cannot be set from a page
 ANSWER = 1.0  # s that a node may take to return its parameters
 OF_NO_INTEREST = ("/rosout", "/parameter_events")  # topics that every node has
 
@@ -136,7 +137,8 @@ class Details:
         if got is None:
             return {"parameters": [], "silent": True}
         values = [_value(value) for value in got.values]
-        return {"parameters": [list(each) for each in zip(names, values, strict=False)], "silent": False}
+        shown = zip(map(_cut, names), values, strict=False)
+        return {"parameters": [list(each) for each in shown], "silent": False}
 
 
 def _value(value: ParameterValue) -> str:
@@ -144,7 +146,16 @@ def _value(value: ParameterValue) -> str:
         text = repr(parameter_value_to_python(value))
     except RuntimeError:  # a program that does not use rclpy may answer with an unknown type
         return f"(of type {value.type}, which rcl_interfaces/msg/ParameterType does not define)"
+    return _cut(text)
+
+
+def _cut(text: str) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}… ({len(text):,} characters)"
+
+
+def of_usual_length(names: Iterable[str]) -> list[str]:
+    """Return the names of parameters that have at most `NAME` bytes: a page needs the whole name to set one."""
+    return [name for name in names if len(name.encode(errors="replace")) <= NAME]
 
 
 def endpoints(live: Session, full_name: str, *, everything: bool = False) -> dict[str, list[list[str]]]:
