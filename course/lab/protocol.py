@@ -12,6 +12,7 @@ From the server:  {"link": "up"}, "waiting" for a kernel to make a live session,
 
 import contextlib
 import json
+import math
 import os
 import re
 from collections.abc import Iterator
@@ -45,3 +46,14 @@ def encoded(message: Any) -> bytes:
     """Return a message as a line; raises ValueError and TypeError for values that JSON lacks, such as infinity."""
     text = json.dumps(message, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     return text.encode(errors="backslashreplace") + b"\n"  # JSON writes half a character as Python does
+
+
+def finite(data: Any) -> Any:
+    """Return JSON data with None in place of each number that JSON lacks: infinity, and what is not a number."""
+    if isinstance(data, float):
+        return data if math.isfinite(data) else None
+    if isinstance(data, dict):
+        return {name: finite(value) for name, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [finite(value) for value in data]
+    return data

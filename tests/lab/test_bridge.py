@@ -1,5 +1,6 @@
 """The kernel's side of the lab: it answers pages while a cell runs, and is not noticed otherwise."""
 
+import math
 import stat
 import threading
 from pathlib import Path
@@ -119,6 +120,16 @@ def test_what_a_feed_raises_ends_the_subscription_and_is_told(page, panels):
     expected = {"id": number, "topic": "broken", "error": "there is no such thing: look again"}
     assert page.event() == expected
     assert page.ask("double", number=1)["result"] == 2
+
+
+def test_a_number_that_json_lacks_ends_no_subscription(page, panels):
+    state = {"nodes": [{"name": "bad", "step": math.nan}, {"name": "good", "step": 0.1}], "pair": (math.inf, -math.inf)}
+    panels.topics["numbers"] = Topic(lambda: Changes(lambda: dict(state)), 0.01)
+    page.subscribe("numbers")
+    told = [{"name": "bad", "step": None}, {"name": "good", "step": 0.1}]
+    assert page.event()["data"] == {"nodes": told, "pair": [None, None]}
+    state["nodes"] = []
+    assert page.event()["data"] == {"nodes": [], "pair": [None, None]}
 
 
 # Of what a node can make, more than a line may have, and not more in characters.

@@ -8,10 +8,12 @@ import statistics
 import pytest
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker
 
+from course.lab.kernel import knobs
 from course.lab.kernel.robot_listener import FARTHEST, RobotListener
 from course.world import ROOMS
 from course.world.geometry import clearance
@@ -556,3 +558,11 @@ def test_a_place_where_no_room_can_be_is_left_out_and_a_distance_is_bounded(far)
     heard._poses = [heard._last["/odom"]]
     assert heard.robot()["pose"] == [0.0, FARTHEST, 0.0]
     assert heard.scan()["from"] is None
+
+
+@pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan])
+def test_a_range_that_is_no_number_is_none_for_a_slider(number):
+    wide = FloatingPointRange(from_value=number, to_value=number, step=number)
+    descriptor = ParameterDescriptor(name="gain", floating_point_range=[wide])
+    shown = knobs._shown(descriptor, ParameterValue(type=3, double_value=number))
+    assert [shown[name] for name in ("value", "from", "to", "step")] == 4 * [None]

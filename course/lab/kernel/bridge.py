@@ -156,10 +156,17 @@ class Page:
 def fitting(message: dict[str, Any]) -> bytes:
     """Return a message as a line that is not too long: names, values and logs can come from any program.
 
-    Raises LiveError when it would be too long with short texts, too; ValueError and TypeError as `protocol.encoded`.
+    An event has None for infinity and NaN, so that one number does not end a panel.  Raises LiveError when it would be
+    too long with short texts, too; ValueError and TypeError as `protocol.encoded`.
     """
     for longest in TEXTS:
-        line = protocol.encoded(all_visible(message, longest))
+        said = all_visible(message, longest)
+        try:
+            line = protocol.encoded(said)
+        except ValueError:
+            if "topic" not in message:
+                raise
+            line = protocol.encoded(protocol.finite(said))
         if len(line) <= protocol.LINE:
             return line
     raise LiveError(

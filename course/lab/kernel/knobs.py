@@ -162,7 +162,7 @@ def _shown(descriptor: ParameterDescriptor, value: ParameterValue) -> dict[str, 
         "value": _said(value),
         "from": _finite(limits[0].from_value) if limits else None,
         "to": _finite(limits[0].to_value) if limits else None,
-        "step": (limits[0].step or None) if limits else None,
+        "step": (_finite(limits[0].step) or None) if limits else None,
         "fixed": descriptor.read_only,
         "about": descriptor.description[:TOLD],
     }
