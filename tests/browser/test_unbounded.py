@@ -80,6 +80,27 @@ def view(page, played):
     return view
 
 
+def knobs(**nodes: dict[str, Any]) -> dict[str, Any]:
+    """The parameters of these nodes, one of each."""
+    return {"nodes": [{"name": f"/{name}", "parameters": [KNOB | has]} for name, has in nodes.items()]}
+
+
+def test_a_parameter_of_another_type_than_it_had_is_shown(page, played, view):
+    gain = view.get_by_label("gain")
+    for kind, value, shown in (
+        ("double", 0.5, re.compile(r"^100$")),
+        ("double", "a text", ""),
+        ("string", "a text", "a text"),
+        ("double", 0.25, re.compile(r"^50$")),
+        ("string", 7, "7"),
+        ("integer", None, ""),
+    ):
+        played.tell("robot.knobs", data=knobs(far={"kind": kind, "value": value}))
+        expect(gain).to_have_value(shown)
+    played.tell("robot.knobs", data=knobs(far={"kind": "bool", "value": "a text"}))
+    expect(gain).to_be_checked()
+
+
 def test_a_picture_of_places_and_numbers_of_any_size_is_drawn_at_once(page, played, view):
     for far in (1e16, -1e17, 1e308):
         walls = [far, 0.0, far, 1.0]

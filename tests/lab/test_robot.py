@@ -8,7 +8,7 @@ import statistics
 import pytest
 from geometry_msgs.msg import Point
 from nav_msgs.msg import Odometry
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, ParameterValue
+from rcl_interfaces.msg import FloatingPointRange, Parameter, ParameterDescriptor, ParameterEvent, ParameterValue
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker
@@ -566,3 +566,19 @@ def test_a_range_that_is_no_number_is_none_for_a_slider(number):
     descriptor = ParameterDescriptor(name="gain", floating_point_range=[wide])
     shown = knobs._shown(descriptor, ParameterValue(type=3, double_value=number))
     assert [shown[name] for name in ("value", "from", "to", "step")] == 4 * [None]
+
+
+def test_a_parameter_that_changes_its_type_is_read_again():
+    """Its node may declare it so; a program may also only say so."""
+    feed, source = knobs.KnobsFeed(), ("/node", (1,))
+    gain = knobs._shown(ParameterDescriptor(name="gain"), ParameterValue(type=3, double_value=0.5))
+    feed._known[source] = {"gain": gain}
+
+    def hear(**value):
+        changed = [Parameter(name="gain", value=ParameterValue(**value))]
+        feed._hear(serialize_message(ParameterEvent(node="/node", changed_parameters=changed)))
+
+    hear(type=3, double_value=0.75)
+    assert feed._known[source]["gain"]["value"] == 0.75
+    hear(type=4, string_value="a text")
+    assert feed._known == {} and gain["value"] == 0.75

@@ -101,10 +101,11 @@ class KnobsFeed:
         for (name, _), parameters in list(self._known.items()):
             if name == event.node:
                 for changed in [*event.new_parameters, *event.changed_parameters]:
-                    if changed.name in parameters and _is_shown(changed.value):
-                        parameters[changed.name]["value"] = _said(changed.value)
-                    else:
-                        self._known.pop((name, _), None)  # a newly declared parameter: read all again
+                    shown = parameters.get(changed.name)
+                    if shown and _is_shown(changed.value) and shown["kind"] == KINDS[changed.value.type]:
+                        shown["value"] = _said(changed.value)
+                    else:  # newly declared, or of another type now: read all again
+                        self._known.pop((name, _), None)
 
 
 def set_parameters(node: str, values: dict[str, Any]) -> None:

@@ -50,7 +50,7 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
     <details className="ros-Robot-knobs" open>
       <summary>Parameters of {node.name}</summary>
       {knobs.map(knob => (
-        <KnobItem key={knob.name} knob={knob} set={set} />
+        <KnobItem key={`${knob.kind} ${knob.name}`} knob={knob} set={set} />
       ))}
       <div role="status">{failed}</div>
     </details>
@@ -60,10 +60,10 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
 function KnobItem({ knob, set }: { knob: Knob; set: (name: string, value: any) => Promise<void> }): JSX.Element {
   const id = React.useId();
   const { value, change } = useSetting(knob, set);
-  const isSlider =
-    knob.from !== null && knob.to !== null && knob.to > knob.from && knob.to - knob.from <= WIDEST && value !== null;
   const isNumber = knob.kind === 'double' || knob.kind === 'integer';
-  const text = isNumber ? (value === null ? 'no number' : shown(value)) : '';
+  const isSlider =
+    knob.from !== null && knob.to !== null && knob.to > knob.from && knob.to - knob.from <= WIDEST && typeof value === 'number';
+  const text = isNumber ? (typeof value === 'number' ? shown(value) : 'no number') : '';
   return (
     <div className="ros-Robot-knob" title={knob.about || undefined}>
       <label htmlFor={id}>{knob.name}</label>
@@ -71,7 +71,7 @@ function KnobItem({ knob, set }: { knob: Knob; set: (name: string, value: any) =
         <input
           id={id}
           type="checkbox"
-          checked={value}
+          checked={Boolean(value)}
           disabled={knob.fixed}
           onChange={event => change(event.target.checked)}
         />
