@@ -51,14 +51,24 @@ class Played:
         if "method" in message:
             if message["method"] == "subscribe":
                 self._topics[message["params"]["topic"]] = message["id"]
+            if message["method"] == "unsubscribe":
+                left = message["params"]["id"]
+                self._topics = {each: number for each, number in self._topics.items() if number != left}
             result = {"plot.fields": ["data"], "robot.rooms": {}}.get(message["method"])
             self._say(id=message["id"], result=result)
+
+    def wait_until_left(self, topic: str) -> None:
+        """Wait until the page does not follow a topic any more."""
+        while topic in self._topics:
+            self._page.wait_for_timeout(20)
 
     def tell(self, topic: str, **said: Any) -> None:
         """Send an event of a topic, with its `data` or an `error`, as soon as the page follows the topic."""
         while topic not in self._topics:
             self._page.wait_for_timeout(20)  # until which the page's messages are heard
         self._say(id=self._topics[topic], topic=topic, **said)
+        if "error" in said:  # which ends it
+            del self._topics[topic]
 
 
 @pytest.fixture
@@ -98,7 +108,33 @@ def test_a_parameter_of_another_type_than_it_had_is_shown(page, played, view):
         played.tell("robot.knobs", data=knobs(far={"kind": kind, "value": value}))
         expect(gain).to_have_value(shown)
     played.tell("robot.knobs", data=knobs(far={"kind": "bool", "value": "a text"}))
-    expect(gain).to_be_checked()
+    expect(view.get_by_role("checkbox", name="gain")).to_be_checked()
+
+
+def test_what_cannot_be_drawn_of_one_node_takes_no_other_away_and_comes_back(page, played, view):
+    nothing = {"far": {"name": {}}, "near": {"name": "gauge"}}  # a name that is no text
+    played.tell("robot.knobs", data=knobs(**nothing))
+    expect(view).to_contain_text("The parameters of /far cannot be drawn now (Error: ")
+    expect(view.get_by_label("gauge")).to_have_value("100")
+    played.tell("robot.knobs", data=knobs(far={}, near={"name": "gauge"}))
+    expect(view.get_by_label("gain")).to_have_value("100")
+    expect(view).not_to_contain_text("cannot be drawn")
+
+    played.tell("robot", data={"nodes": {"sees": {"length": 1}, "drives": []}})  # which is no list
+    expect(view).to_contain_text("Robot cannot be drawn now (TypeError: ")
+    played.wait_until_left("robot")
+    played.tell("robot", data=SEEN)  # as soon as it is followed again
+    expect(view.get_by_role("application")).to_be_visible()
+    expect(view).not_to_contain_text("cannot be drawn")
+
+
+def test_a_feed_that_ends_with_an_error_is_followed_again(page, played, view):
+    played.tell("robot", error="ValueError: it cannot be told")
+    expect(view).to_contain_text("ValueError: it cannot be told")
+    expect(view.get_by_role("application")).to_have_count(0)
+    played.tell("robot", data=SEEN)
+    expect(view.get_by_role("application")).to_be_visible()
+    expect(view).not_to_contain_text("it cannot be told")
 
 
 def test_a_picture_of_places_and_numbers_of_any_size_is_drawn_at_once(page, played, view):

@@ -340,6 +340,27 @@ def test_lines_that_do_not_fit_in_one_event_come_in_several(letters, monkeypatch
     assert [sum(event[name] for event in events) for name in ("lost", "older")] == [3, 7]
 
 
+def test_a_type_that_is_none_is_no_parameter_of_the_form(monkeypatch):
+    """A program that does not use rclpy may answer so."""
+    known = {"strange": ParameterValue(type=77), "plain": ParameterValue(type=3, double_value=0.5)}
+    answers = {
+        ListParameters: ListParameters.Response(result=ListParametersResult(names=["strange", "plain", "plain"])),
+        GetParameters: GetParameters.Response(values=[known["plain"], known["strange"]]),
+        DescribeParameters: DescribeParameters.Response(descriptors=[ParameterDescriptor(), ParameterDescriptor()]),
+    }
+
+    class Node:
+        def call(self, service, kind, **_):
+            return answers[kind]
+
+    monkeypatch.setattr(inspector, "session", Node)
+    form = inspector.form("parameter", "/node", "")
+    assert [(field["name"], field["default"], field["fixed"]) for field in form] == [
+        ("plain", "0.5", False),
+        ("strange", "None", True),
+    ]
+
+
 def test_names_and_values_without_end_leave_room_for_the_other_parameters(monkeypatch):
     """In the robot view, in the Inspector's form and among a node's details."""
     long, short = [f"{number:03}{60_000 * 'é'}" for number in range(120)], [f"z{number:03}" for number in range(120)]

@@ -109,13 +109,13 @@ def form(kind: str, name: str, type_name: str) -> list[dict[str, Any]]:
 def _parameters(node: str) -> list[dict[str, Any]]:
     live = session()
     listed = live.call(f"{node}/list_parameters", ListParameters, timeout=ANSWER)
-    names = sorted(of_usual_length(listed.result.names), key=own_first)
+    names = sorted(of_usual_length(set(listed.result.names)), key=own_first)
     values = live.call(f"{node}/get_parameters", GetParameters, timeout=ANSWER, names=names).values
     described = live.call(f"{node}/describe_parameters", DescribeParameters, timeout=ANSWER, names=names).descriptors
     found, room = [], FORM
     for name, value, descriptor in zip(names, values, described, strict=False):
         kind = PARAMETER_TYPES.get(value.type)
-        plain = parameter_value_to_python(value)
+        plain: Any = parameter_value_to_python(value) if kind else None  # rclpy knows no types but those of ROS 2
         shown = ", ".join(map(str, plain)) if kind and kind.endswith(ARRAY) else str(plain)
         field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
         field |= {"fixed": kind is None, "read_only": descriptor.read_only}  # a node refuses to set the latter

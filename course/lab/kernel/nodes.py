@@ -132,7 +132,7 @@ class Details:
             return {"parameters": [], "silent": True}
         listing, getting = self._clients
         listed = answer(listing, ListParameters.Request())
-        names = sorted(listed.result.names, key=own_first)[:SHOWN] if listed else []
+        names = sorted(set(listed.result.names), key=own_first)[:SHOWN] if listed else []
         got = answer(getting, GetParameters.Request(names=names)) if listed else None
         if got is None:
             return {"parameters": [], "silent": True}

@@ -19,10 +19,13 @@ interface Subscription {
   topic: string;
   options: object;
   take: (data: any) => void;
-  failed: (why: string) => void;
+  begin: () => void; // called before the first data after a failure
+  failed: (why: string) => void; // called with '' when it goes on
+  hasFailed: boolean;
 }
 
 const LONGEST = 10000; // ms between two tries to reach the server
+const AGAIN = 3000; // ms until a subscription that has ended with an error is begun again
 
 export class Link implements IDisposable {
   constructor(readonly kernelId: string) {
@@ -58,9 +61,15 @@ export class Link implements IDisposable {
     });
   }
 
-  /** Follow a topic until the result is disposed, even over restarts of the kernel. */
-  subscribe(topic: string, options: object, take: (data: any) => void, failed: (why: string) => void): IDisposable {
-    const subscription = { topic, options, take, failed };
+  /** Follow a topic until the result is disposed, even over restarts of the kernel and errors of its feed. */
+  subscribe(
+    topic: string,
+    options: object,
+    take: (data: any) => void,
+    begin: () => void,
+    failed: (why: string) => void
+  ): IDisposable {
+    const subscription = { topic, options, take, begin, failed, hasFailed: false };
     this._wanted.add(subscription);
     if (this._state === 'up') {
       this._begin(subscription);
@@ -131,11 +140,25 @@ export class Link implements IDisposable {
     const subscription = this._running.get(message.id);
     if (subscription && message.error !== undefined) {
       this._running.delete(message.id);
+      subscription.hasFailed = true;
       subscription.failed(message.error);
+      window.setTimeout(() => this._beginAgain(subscription), AGAIN); // what it could not tell may be gone
     } else if (subscription) {
-      subscription.take(message.data);
-      // Acknowledged after the page has drawn it, so that the kernel sends no faster.
+      // Acknowledged after the page has drawn it, so that the kernel sends no faster; also if it could not take it.
       window.setTimeout(() => this._send({ ack: message.id }), 0);
+      if (subscription.hasFailed) {
+        subscription.hasFailed = false;
+        subscription.begin();
+        subscription.failed('');
+      }
+      subscription.take(message.data);
+    }
+  }
+
+  private _beginAgain(subscription: Subscription): void {
+    const runs = [...this._running.values()].includes(subscription);
+    if (this._state === 'up' && this._wanted.has(subscription) && !runs) {
+      this._begin(subscription);
     }
   }
 

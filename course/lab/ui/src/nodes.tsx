@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { clock, isDouble, Log } from './log';
-import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { breakable, FirstCell, Guard, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const nodesIcon = new LabIcon({
   name: 'ros2-course:nodes',
@@ -110,10 +110,16 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
           const id = `${node.name} ${node.key} ${shown.slice(0, number).filter(same(node)).length}`;
           const chosen = node.name === wanted && node.state === 'running';
           const at = isDouble(node, shown) ? node.at : '';
-          return <NodeItem key={id} id={id} node={node} at={at} link={link!} wanted={chosen} memory={memory.current} />;
+          return (
+            <Guard key={id} what={String(node.name)}>
+              <NodeItem id={id} node={node} at={at} link={link!} wanted={chosen} memory={memory.current} />
+            </Guard>
+          );
         })}
       </ul>
-      <Log link={link} nodes={shown} />
+      <Guard what="The log">
+        <Log link={link} nodes={shown} />
+      </Guard>
     </>
   );
 }

@@ -13,6 +13,39 @@ import { Link, State } from './link';
 export const CONNECTING = 'Connecting …';
 const LIVE = 'course.live()'; // in the cell that makes the session
 const HIDDEN = 1000; // ms: JupyterLab hides everything for a moment when its theme changes
+const AGAIN = 2000; // ms until what could not be drawn is tried again
+
+interface Guarded {
+  what: string;
+  forget?: () => void; // called when it could not be drawn
+  children?: React.ReactNode;
+}
+
+/** Draws what is in it, or else a sentence, and tries again: one node's values must not take the others away. */
+export class Guard extends React.Component<Guarded, { failed: string }> {
+  static getDerivedStateFromError(error: unknown): { failed: string } {
+    return { failed: String(error) };
+  }
+
+  state = { failed: '' };
+
+  componentDidCatch(): void {
+    this.props.forget?.();
+    window.clearTimeout(this._again);
+    this._again = window.setTimeout(() => this.setState({ failed: '' }), AGAIN);
+  }
+
+  componentWillUnmount(): void {
+    window.clearTimeout(this._again);
+  }
+
+  render(): React.ReactNode {
+    const { failed } = this.state;
+    return failed ? <p role="status">{`${this.props.what} cannot be drawn now (${failed}). Trying again …`}</p> : this.props.children;
+  }
+
+  private _again = 0;
+}
 
 /** A side panel that is drawn, and follows the kernel, only while it is visible. */
 export abstract class SidePanel extends ReactWidget {
@@ -35,6 +68,11 @@ export abstract class SidePanel extends ReactWidget {
 
   protected abstract draw(): JSX.Element;
 
+  /** Forget data that could not be drawn, if the panel keeps any. */
+  protected forget(): void {
+    return;
+  }
+
   protected render(): JSX.Element | null {
     return this._seen ? (
       <>
@@ -47,7 +85,9 @@ export abstract class SidePanel extends ReactWidget {
         >
           Back to the notebook
         </button>
-        {this.draw()}
+        <Guard what={this.title.label} forget={() => this.forget()}>
+          {this.draw()}
+        </Guard>
       </>
     ) : null;
   }
@@ -117,7 +157,9 @@ export function useCurrent(current: Current): { link: Link | null; state: State 
   return { link, state: link?.state ?? null };
 }
 
-/** Follow a topic while the component is mounted: `take` gets each event, `begin` is called at each new start. */
+/** Follow a topic while the component is mounted: `take` gets each event, `begin` is called at each new start, `failed`
+ * with the reason when there are no events for a while, and with '' when they come again.
+ */
 export function useTopic(
   link: Link | null,
   topic: string,
@@ -128,7 +170,7 @@ export function useTopic(
 ): void {
   React.useEffect(() => {
     begin();
-    const following = link?.subscribe(topic, options, take, failed);
+    const following = link?.subscribe(topic, options, take, begin, failed);
     return () => following?.dispose();
   }, [link, topic, JSON.stringify(options)]);
 }

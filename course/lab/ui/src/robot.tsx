@@ -6,7 +6,7 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { Link } from './link';
-import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { FirstCell, Guard, instead, SidePanel, useCurrent, useTopic } from './panel';
 import { Pad, useDriver } from './robot_drive';
 import { Knobs, KnobNode, valueOf } from './robot_knobs';
 import { Stage } from './robot_stage';
@@ -47,6 +47,10 @@ export class RobotPanel extends SidePanel {
 
   protected draw(): JSX.Element {
     return <Robot current={this.current} memory={this._memory} />;
+  }
+
+  protected forget(): void {
+    Object.assign(this._memory.state, new RobotState());
   }
 
   protected onCloseRequest(message: Message): void {
@@ -263,10 +267,14 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
           </div>
           {(sees.length > 0 || state.scan) && <Facts state={state} paused={paused} />}
           {knobs.filter(node => node !== world).map(node => (
-            <Knobs key={node.name} node={node} link={link!} without={[]} />
+            <Guard key={node.name} what={`The parameters of ${node.name}`}>
+              <Knobs node={node} link={link!} without={[]} />
+            </Guard>
           ))}
           {sees.length > 0 && world && (
-            <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set} />
+            <Guard key={`controls ${world.name}`} what={`The controls of ${world.name}`}>
+              <Controls world={world} rooms={rooms} room={state.room.name} speed={speed} set={set} />
+            </Guard>
           )}
           {sees.length > 0 && !world && (
             <p className="ros-quiet">
@@ -274,7 +282,11 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
               a robot of your own as you have written it.
             </p>
           )}
-          {world && <Knobs key={world.name} node={world} link={link!} without={CONTROLLED} />}
+          {world && (
+            <Guard key={world.name} what={`The parameters of ${world.name}`}>
+              <Knobs node={world} link={link!} without={CONTROLLED} />
+            </Guard>
+          )}
         </>
       )}
     </>
