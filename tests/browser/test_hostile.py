@@ -87,7 +87,8 @@ class Hostile(Node):
         scan.ranges, scan.angle_increment, scan.range_max = [math.nan, math.inf, -1.0, 3e38] * 25_000, math.inf, 3e38
         odom.pose.pose.position.x = odom.pose.pose.orientation.w = math.nan
         go.linear.x, go.angular.z = math.inf, 1e300
-        wall.points = [Point(x=math.nan, y=1e308), Point(x=-1e308, y=math.inf)] * 500 + [Point()]
+        wall.points = [Point(x=math.nan, y=1e308), Point(x=-1e308, y=math.inf)] * 500
+        wall.points += [Point(x=1e17), Point(x=1e17, y=1.0), Point()]
         wall.text = EVIL
         for topic, message in zip(self.topics, (scan, odom, go, String(data=EVIL + ' x=9.9.9 m, y=- m'), wall)):
             topic.publish(message)
