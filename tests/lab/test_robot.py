@@ -582,3 +582,30 @@ def test_a_parameter_that_changes_its_type_is_read_again():
     assert feed._known[source]["gain"]["value"] == 0.75
     hear(type=4, string_value="a text")
     assert feed._known == {} and gain["value"] == 0.75
+
+
+def test_an_answer_that_cannot_be_read_hides_no_other_node(monkeypatch):
+    good = knobs._shown(ParameterDescriptor(name="gain"), ParameterValue(type=3, double_value=0.5))
+
+    class Live:
+        ok = True
+        node = type("Node", (), {"create_subscription": lambda *_, **__: None})
+
+    class Listener:
+        live = Live()
+        publishers = {"/scan": (("/bad", (1,)), ("/good", (2,))), "/cmd_vel": ()}  # noqa: RUF012
+
+        def look(self):
+            pass
+
+    def read(listener, name):
+        return {"gain": good} if name == "/good" else {}["gain"]
+
+    listener = Listener()
+    monkeypatch.setattr(knobs, "open_listener", lambda user: listener)
+    monkeypatch.setattr(knobs, "_read", read)
+    told = [{"name": "/bad", "parameters": None}, {"name": "/good", "parameters": [good]}]
+    assert knobs.KnobsFeed().read() == {"nodes": told}
+    Live.ok = False
+    with pytest.raises(KeyError):
+        knobs.KnobsFeed().read()

@@ -64,7 +64,7 @@ class KnobsFeed:
             del self._known[publisher]
             listener.forget(publisher[0])
         for name, publisher in nodes.items():
-            if publisher not in self._known and (found := _read(listener, name)) is not None:
+            if publisher not in self._known and (found := _read_or_none(listener, name)) is not None:
                 self._known[publisher] = found
         told = [
             {"name": name, "parameters": list(self._known[publisher].values()) if publisher in self._known else None}
@@ -136,6 +136,16 @@ def _as(value: Any, old: ParameterValue) -> Any:
         case "bool":
             return bool(value)
     return value
+
+
+def _read_or_none(listener: RobotListener, node: str) -> dict[str, Any] | None:
+    """Return what `_read` does; None also for an answer that cannot be read: it must not hide the other nodes'."""
+    try:
+        return _read(listener, node)
+    except Exception:
+        if not listener.live.ok:
+            raise  # the session has ended
+        return None
 
 
 def _read(listener: RobotListener, node: str) -> dict[str, Any] | None:

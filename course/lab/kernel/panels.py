@@ -14,7 +14,7 @@ class Feed(Protocol):
         """Return new data since the last call, in a form for JSON, or None.
 
         It is called in a separate thread, and only when the page has acknowledged earlier events.  An exception ends
-        the subscription, and is shown to the reader.
+        the subscription, and is shown to the reader until the page, which soon tries again, gets data.
         """
 
     def close(self) -> None:
