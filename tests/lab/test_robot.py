@@ -4,6 +4,7 @@ import itertools
 import json
 import math
 import statistics
+from types import SimpleNamespace
 
 import pytest
 from geometry_msgs.msg import Point
@@ -13,6 +14,7 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker
 
+from course.lab import protocol
 from course.lab.kernel import knobs
 from course.lab.kernel.robot_listener import FARTHEST, RobotListener
 from course.world import ROOMS
@@ -584,28 +586,37 @@ def test_a_parameter_that_changes_its_type_is_read_again():
     assert feed._known == {} and gain["value"] == 0.75
 
 
-def test_an_answer_that_cannot_be_read_hides_no_other_node(monkeypatch):
-    good = knobs._shown(ParameterDescriptor(name="gain"), ParameterValue(type=3, double_value=0.5))
+GAIN = knobs._shown(ParameterDescriptor(name="gain"), ParameterValue(type=3, double_value=0.5))
 
-    class Live:
-        ok = True
-        node = type("Node", (), {"create_subscription": lambda *_, **__: None})
 
-    class Listener:
-        live = Live()
-        publishers = {"/scan": (("/bad", (1,)), ("/good", (2,))), "/cmd_vel": ()}  # noqa: RUF012
+@pytest.fixture
+def listener(monkeypatch):
+    """A listener of a session that hears nothing, and whom the knobs take."""
 
-        def look(self):
-            pass
+    class Node:
+        def create_subscription(self, *_, **__):
+            return None
 
-    def read(listener, name):
-        return {"gain": good} if name == "/good" else {}["gain"]
-
-    listener = Listener()
+    listener = object.__new__(RobotListener)
+    listener.look, listener.live = lambda: None, SimpleNamespace(ok=True, node=Node())
     monkeypatch.setattr(knobs, "open_listener", lambda user: listener)
-    monkeypatch.setattr(knobs, "_read", read)
-    told = [{"name": "/bad", "parameters": None}, {"name": "/good", "parameters": [good]}]
+    return listener
+
+
+def test_an_answer_that_cannot_be_read_hides_no_other_node(listener, monkeypatch):
+    listener.publishers = {"/scan": (("/bad", (1,)), ("/good", (2,))), "/cmd_vel": ()}
+    monkeypatch.setattr(knobs, "_read", lambda listener, name: {"/good": {"gain": GAIN}}[name])
+    told = [{"name": "/bad", "parameters": None}, {"name": "/good", "parameters": [GAIN]}]
     assert knobs.KnobsFeed().read() == {"nodes": told}
-    Live.ok = False
+    listener.live.ok = False
     with pytest.raises(KeyError):
         knobs.KnobsFeed().read()
+
+
+def test_the_parameters_of_all_nodes_together_are_bounded(listener, monkeypatch):
+    listener.publishers = {"/scan": tuple((f"/{number}", (number,)) for number in range(30)), "/cmd_vel": ()}
+    many = {str(number): GAIN | {"name": str(number), "about": 1000 * "é"} for number in range(knobs.SHOWN)}
+    monkeypatch.setattr(knobs, "_read", lambda listener, name: many)
+    sent = knobs.KnobsFeed().read()
+    assert len(protocol.encoded(sent)) < 1.1 * knobs.MOST
+    assert [len(node["parameters"]) for node in sent["nodes"][:3]] == 3 * [knobs.SHOWN]

@@ -12,6 +12,7 @@ from rclpy.subscription import Subscription
 
 from course.errors import LiveError
 from course.foundation.waiting import wait_until
+from course.lab import protocol
 from course.lab.kernel.nodes import answer, of_usual_length
 from course.lab.kernel.panels import Panels, Topic
 from course.lab.kernel.robot_listener import RobotListener, Source, close_listener, listener_in_use, open_listener
@@ -21,6 +22,7 @@ from course.session.logs import decoded
 FOUND = 1.0  # s that discovering a node's services may take
 EVENTS = QoSProfile(depth=100)  # for /parameter_events, which a node may flood
 SHOWN = 200  # parameters of a node
+MOST = protocol.LINE // 8  # bytes of all nodes' parameters: what does not fit is left out
 TOLD = 1000  # characters of a string parameter; longer ones are not shown
 LONGEST = 1 << 16  # bytes of an event that is parsed; after a longer one, all parameters are read again
 KINDS = {
@@ -65,7 +67,7 @@ class KnobsFeed:
             listener.forget(publisher[0])
         for name, publisher in nodes.items():
             if publisher not in self._known and (found := _read_or_none(listener, name)) is not None:
-                self._known[publisher] = found
+                self._known[publisher] = _within(found, MOST - len(protocol.encoded([*self._known.values()])))
         told = [
             {"name": name, "parameters": list(self._known[publisher].values()) if publisher in self._known else None}
             for name, publisher in nodes.items()
@@ -136,6 +138,17 @@ def _as(value: Any, old: ParameterValue) -> Any:
         case "bool":
             return bool(value)
     return value
+
+
+def _within(found: dict[str, Any], room: int) -> dict[str, Any]:
+    """Return the first of these parameters, as many as have `room` (bytes)."""
+    kept = {}
+    for name, shown in found.items():
+        room -= len(protocol.encoded({name: shown}))
+        if room < 0:
+            break
+        kept[name] = shown
+    return kept
 
 
 def _read_or_none(listener: RobotListener, node: str) -> dict[str, Any] | None:
