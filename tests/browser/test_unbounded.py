@@ -95,6 +95,7 @@ def knobs(**nodes: dict[str, Any]) -> dict[str, Any]:
     return {"nodes": [{"name": f"/{name}", "parameters": [KNOB | has]} for name, has in nodes.items()]}
 
 
+@pytest.mark.matrix  # tests/lab/test_robot.py has what a kernel tells of it
 def test_a_parameter_of_another_type_than_it_had_is_shown(page, played, view):
     gain = view.get_by_label("gain")
     for kind, value, shown in (
@@ -137,6 +138,7 @@ def test_a_feed_that_ends_with_an_error_is_followed_again(page, played, view):
     expect(view).not_to_contain_text("it cannot be told")
 
 
+@pytest.mark.matrix  # the hostile session of test_hostile.py has a wall far away
 def test_a_picture_of_places_and_numbers_of_any_size_is_drawn_at_once(page, played, view):
     for far in (1e16, -1e17, 1e308):
         walls = [far, 0.0, far, 1.0]
