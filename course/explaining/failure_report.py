@@ -193,7 +193,8 @@ def of_program(
     destroyed = ended_there and not frames and ends_its_node(source)
     if destroyed:
         frames = (frame_at(path.name, destroyed[1], source),)
-    if callback and not _inside(frames):  # the error is raised in rclpy, after the callback
+    calls_it = frames and re.search(rf"\.{callback[0]}\(", frames[-1].code) if callback else None  # main does
+    if callback and not _inside(frames) and not calls_it:  # the error is raised in rclpy, after the callback
         frames = (frame_at(path.name, callback[1], source),)
     if error:
         if destroyed:

@@ -17,7 +17,12 @@ from course.foundation.untrusted import read_regular
 def no_value(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that gives the field `found[1]` a method, a message, a dict or nothing; else ''."""
     for given in _given(found[1], code):
-        explained = (_method(given, source), _message(given, source, code), _dict(given, source, code))
+        explained = (
+            _method(given, source),
+            _message(given, source, code),
+            _dict(given, source, code),
+            _key(given, source, code),
+        )
         if why := next(filter(None, (*explained, returned_nothing(source, ast.unparse(given), given=True))), ""):
             return why
     return ""
@@ -74,6 +79,27 @@ def _dict(given: ast.expr, source: str, code: str) -> str:
         return ""
     text = ast.unparse(given)
     return f"`{text}` is a dict: write one of its values, {' or '.join(f'`{text}[{key!r}]`' for key in keys)}."
+
+
+def _key(given: ast.expr, source: str, code: str) -> str:
+    """Return the hint on a key of a dict in the place of its value: `linear, angular = action`."""
+    around = [each for each in functions(parse(source)) if _has_line(each, source, code)]
+    for node in (each for function in around for each in ast.walk(function) if isinstance(each, ast.Assign)):
+        names, whole = node.targets[0], node.value
+        if not isinstance(names, ast.Tuple) or ast.unparse(given) not in map(ast.unparse, names.elts):
+            continue
+        values = [each for _, each in assigned(whole, source)] if isinstance(whole, ast.Name) else [whole]
+        dicts = [_dict_of(each, source) for each in values]
+        if dicts and dicts[0] and all(dicts):
+            keys = [each.value for each in dicts[0].keys if isinstance(each, ast.Constant)]
+            kept, text = isinstance(whole, ast.Name), ast.unparse(whole)
+            how = " and ".join(f"`{text}[{key!r}]`" for key in keys) if kept else "those of its keys"
+            what = f"`{text}`" if kept else "what it returns"
+            return (
+                f"Line {node.lineno}: `{ast.unparse(node)}` gives the keys, because {what} is a dict. Its values are "
+                f"{how}."
+            )
+    return ""
 
 
 def _dict_of(value: ast.expr, source: str) -> ast.Dict | None:

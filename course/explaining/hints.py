@@ -74,7 +74,7 @@ from course.explaining.nothing import (
     returned_nothing,
     silent_helper,
 )
-from course.explaining.of_parameters import list_of_parameters, no_check_result
+from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept
 from course.explaining.operands import time_without, unfit
 from course.explaining.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
 from course.explaining.parameter_files import unparsed
@@ -469,6 +469,17 @@ def _word_for_number(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+def _words_for_numbers(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a list of words of the command line that a field of numbers is given."""
+    if found[1] not in ("int", "float") or re.search(r"\b(?:int|float)\b", code):
+        return ""
+    if "sys.argv[" in code:
+        return f"Words of the command line are text: `[{found[1]}(word) for word in ...]` makes numbers of them."
+    lists = "[" in code or any(each.arg == "nargs" for call in calls(parse(source), "add_argument")
+                               for each in call.keywords)  # fmt: skip
+    return _word_for_number(found, source, code) if lists else ""
+
+
 def _hidden_property(found: re.Match[str], source: str) -> str:
     hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
     return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
@@ -538,6 +549,12 @@ def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
             return (
                 f"`{named[1]}` has only the parameters of this request, and '{key}' is not among them: a request may "
                 f"set some and not others. Take its stored value then: `{named[1]}.get('{key}', ...)`."
+            )
+        given = [each.name for each in around(code, source) if named[1] in (one.arg for one in each.args.args)]
+        if given:
+            return (
+                f"`{named[1]}` has no key '{key}'. It is what the caller of `{given[0]}` passes: compare its keys, "
+                f"which `print({named[1]})` shows."
             )
         return (
             f"`{named[1]}` has no key '{key}'. Compare the spelling with the line that creates the dict; "
@@ -822,7 +839,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"'Parameter' object (?:cannot|is not)|(?:operand type|between).*'Parameter'|not '?Parameter",
-        _says(OF_A_PARAMETER),
+        lambda found, source: parameter_kept(source) or OF_A_PARAMETER,
     ),
     (
         r"zero-size array to reduction operation f?(min|max)imum",
@@ -921,6 +938,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"list indices must be integers or slices, not str", list_of_parameters),
     (r"^IndexError", _beam),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
+    (r"field must be a set or sequence and each value of type '(\w+)'", _words_for_numbers),
     (NO_TEXT, sent),
     (r"cannot use Destroyable because destruction was requested", _destroyed),
     (r"'module' object is not callable|module\(\) takes at most", is_a_module),

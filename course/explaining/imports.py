@@ -10,6 +10,7 @@ from course.explaining.source import parse
 
 INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
 INTERFACE = re.compile(r"(msg|srv|action)/([A-Z]\w*)\.(?:msg|srv|action|idl)")
+OF_A_PROGRAM = "my_package"  # the package of programs in the text, which has no interfaces
 LISTED = 3  # possible imports in a hint
 
 
@@ -39,6 +40,8 @@ def wrong_import(module: str, name: str, source: str) -> str:
         if places and package in known:
             first = sorted(places, key=lambda place: place.split(".")[1] != kind)[:LISTED]
             return f"{package} has no {each}. It is in {' and in '.join(first)}: write `from {first[0]} import {each}`."
+        if len(places) == 1 and package == OF_A_PROGRAM:
+            return f"{each} is in {places[0]}: write `from {places[0]} import {each}`."
     if package in known and kind not in known[package] and not name:
         kinds = sorted(known[package])
         return f"{package} has {' and '.join(kinds)}, but no {kind}: `from {package}.{kinds[0]} import ...`."
@@ -52,6 +55,7 @@ def is_there(package: str) -> bool:
 
 
 def _imported(module: str, source: str) -> list[str]:
-    """Return the names that a program imports from `module`."""
-    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module == module)
-    return [alias.name for node in imports for alias in node.names]
+    """Return the names that a program imports from `module`, or from modules in it."""
+    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module)
+    inside = (node for node in imports if f"{node.module}.".startswith(f"{module}."))
+    return [alias.name for node in inside for alias in node.names]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from course.explaining.imports import is_there, wrong_import
 from course.explaining.mixups import hidden_by_file
-from course.explaining.source import functions, methods, name_of, node_classes, outside_of_its_class, parse
+from course.explaining.source import functions, methods, name_of, node_classes, outside_of_its_class, parse, runs_out
 from course.foundation.untrusted import read_regular
 
 MOST = 1_000_000  # bytes of a file that is searched
@@ -30,6 +30,8 @@ def unbound(found: re.Match[str], source: str) -> str:
         if inner and len(_stores(outer, name)) > sum(len(_stores(each, name)) for each in inner):
             first = f"`nonlocal {name}`"
             return f"`{name}` is a variable of `{outer.name}`: begin `{inner[0].name}`, which sets it, with {first}."
+    if skipped := _except_goes_on(tree, name):
+        return skipped
     if any(map(any, (_stores(function, name) for function in functions(tree)))):
         return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
     for each in ast.walk(tree):
@@ -40,6 +42,25 @@ def unbound(found: re.Match[str], source: str) -> str:
                 f"`{name}` is a local variable of `__init__`, gone when `__init__` returns: use `self.{name}` in every "
                 "method."
             )
+    return ""
+
+
+def _except_goes_on(tree: ast.Module, name: str) -> str:
+    """Return the hint on an `except` that goes on without the variable that its `try` sets; '' without one."""
+    setting = [function for function in functions(tree) if _stores(function, name)]
+    for function in setting if len(setting) == 1 else ():
+        for node in ast.walk(function):
+            if not isinstance(node, ast.Try) or False not in _stores(ast.Module(node.body, []), name):
+                continue
+            for handler in node.handlers:
+                called = name_of(getattr(getattr(handler.body[-1], "value", None), "func", None))
+                leaves = called in ("exit", "_exit", "quit", "error") or not runs_out(handler.body)
+                if not leaves and not _stores(handler, name):
+                    return (
+                        f"`{name}` is set in the `try` of line {node.lineno}, and the `except` in line "
+                        f"{handler.lineno} goes on without it: leave the function there, with `return ...`, or set "
+                        f"`{name}` there, too."
+                    )
     return ""
 
 

@@ -1,9 +1,10 @@
 """Hints on the callbacks for parameters: what they are given, and what they must return."""
 
+import ast
 import re
 
 from course.explaining.endings import around
-from course.explaining.source import parameter_callbacks, parse, wrong_result
+from course.explaining.source import named, parameter_callbacks, parse, wrong_result
 
 
 def list_of_parameters(found: re.Match[str], source: str, code: str) -> str:
@@ -15,6 +16,23 @@ def list_of_parameters(found: re.Match[str], source: str, code: str) -> str:
                 f"`{given}` is a list of Parameters, each with `.name` and `.value`. A dict of them is "
                 f"`{{each.name: each.value for each in {given}}}`; only those that are set are in it."
             )
+    return ""
+
+
+def parameter_kept(source: str) -> str:
+    """Return the hint on a callback that keeps a Parameter in the place of its value: `new[each.name] = each`."""
+    if re.search(r"get_parameter\([^()]*\)(?!\s*\.)|get_parameters\(", source):
+        return ""  # another one may be meant
+    tree = parse(source)
+    for function in named(tree, parameter_callbacks(tree)):
+        given = function.args.args[-1].arg if function.args.args else ""
+        for loop in (node for node in ast.walk(function) if isinstance(node, ast.For)):
+            if ast.unparse(loop.iter) != given or not isinstance(loop.target, ast.Name):
+                continue
+            for node in (each for each in ast.walk(loop) if isinstance(each, ast.Assign)):
+                if ast.unparse(node.value) == loop.target.id:
+                    text = f"Line {node.lineno}: `{ast.unparse(node)}` keeps the whole Parameter."
+                    return f"{text} Its value is `{loop.target.id}.value`."
     return ""
 
 

@@ -463,11 +463,10 @@ def spins_once(source: str) -> ast.Call | None:
 def hidden_method(source: str, name: str = "") -> tuple[str, int] | None:
     """Return the method (`name`, or any) that an attribute hides, and the line: `self.enable = False`, `def enable`."""
     for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
-        stored = {
-            node.attr: node.lineno
-            for node in ast.walk(made)
-            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
-        }
+        stored: dict[str, int] = {}
+        for node in ast.walk(made):
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
+                stored[node.attr] = min(node.lineno, stored.get(node.attr, node.lineno))
         for each in functions_of(made):
             if each.name in stored and not each.decorator_list and name in ("", each.name):
                 return each.name, stored[each.name]
@@ -523,7 +522,7 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
             return function.name, function.lineno, ""
         response = function.args.args[-1].arg if function.args.args else ""
         bare = [node.lineno for node in inside(function) if isinstance(node, ast.Return) and node.value is None]
-        if bare or _runs_out(function.body):
+        if bare or runs_out(function.body):
             return function.name, (bare or [function.lineno])[0], ""
         request = "".join(each.arg for each in function.args.args[-2:-1] if each.arg != "self")
         for value in returned:
@@ -695,7 +694,7 @@ def _plain_return(tree: ast.Module, names: set[str]) -> tuple[str, int, str] | N
         for node in inside(function):
             if isinstance(node, ast.Return) and (node.value is None or _is_plain(node.value)):
                 return function.name, node.lineno, ast.unparse(node.value) if node.value else ""
-        if _runs_out(function.body):
+        if runs_out(function.body):
             return function.name, function.lineno, ""
     return None
 
@@ -707,25 +706,25 @@ def _is_plain(value: ast.expr) -> bool:
     return isinstance(value, (ast.Constant, ast.Compare, ast.UnaryOp))
 
 
-def _runs_out(body: list[ast.stmt]) -> bool:
+def runs_out(body: list[ast.stmt]) -> bool:
     """Return True if the end of these statements may be reached without a `return`."""
     last = body[-1]
     if isinstance(last, ast.If):
-        return not last.orelse or _runs_out(last.body) or _runs_out(last.orelse)
+        return not last.orelse or runs_out(last.body) or runs_out(last.orelse)
     if isinstance(last, (ast.With, ast.AsyncWith)):
-        return _runs_out(last.body)
+        return runs_out(last.body)
     if isinstance(last, (ast.For, ast.AsyncFor)) and last.orelse:
-        return any(isinstance(node, ast.Break) for node in inside(last)) or _runs_out(last.orelse)
+        return any(isinstance(node, ast.Break) for node in inside(last)) or runs_out(last.orelse)
     if isinstance(last, ast.Try):
         ends = [last.orelse or last.body, *(handler.body for handler in last.handlers)]
-        return _runs_out(last.finalbody or [ast.Pass()]) and any(map(_runs_out, ends))
+        return runs_out(last.finalbody or [ast.Pass()]) and any(map(runs_out, ends))
     return not isinstance(last, (ast.Return, ast.Raise, ast.While, ast.Match))
 
 
 def may_return_nothing(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Return True if the end of a function may be reached without a `return` with a value."""
     returned = [node for node in inside(function) if isinstance(node, ast.Return)]
-    return _runs_out(function.body) or any(node.value is None for node in returned)
+    return runs_out(function.body) or any(node.value is None for node in returned)
 
 
 def never_begins(source: str) -> tuple[str, int] | None:

@@ -119,7 +119,10 @@ def misspelt_topics(node: Node) -> list[str]:
     found = []
     for topic in topics:
         heard = [] if topic in published else node.get_subscriptions_info_by_topic(topic)
-        near = difflib.get_close_matches(topic, published, 1, ALIKE) if heard else []
+        hearers = {(each.node_name, each.node_namespace) for each in heard}  # a node does not mean its own topic
+        others = [name for name, who in published.items()
+                  if not hearers.issuperset((each.node_name, each.node_namespace) for each in who)]  # fmt: skip
+        near = difflib.get_close_matches(topic, others, 1, ALIKE) if heard else []
         if near and NUMBER.sub("", near[0]) != NUMBER.sub("", topic):  # of two robots, one may not be there yet
             found.append(
                 f"{_who(node, heard[0])} subscribes to {topic}, which no node publishes. Did you mean {near[0]}, which "

@@ -1545,3 +1545,15 @@ LONG = "0x" + "f" * 4000  # has more digits than Python writes in decimal
 def test_a_hint_on_a_line_with_a_long_number_raises_nothing(error, line):
     text = f"def main():\n    log = node.get_logger()\n    {line.format(LONG)}\n"
     assert isinstance(hint(error, text, line.format(LONG)), str)
+
+
+@pytest.mark.parametrize(
+    ("call", "line"), [("node.ask(words)", "node.ask(words)"), ("rclpy.spin(node)", "def ask(self, a, b):")]
+)
+def test_a_call_with_too_few_arguments_is_shown_where_main_makes_it(tmp_path, call, line):
+    path = tmp_path / "client.py"
+    path.write_text(f"class Asker(Node):\n    def ask(self, a, b):\n        pass\ndef main():\n    {call}\nmain()\n")
+    frames = f'  File "{path}", line 6, in <module>\n    main()\n  File "{path}", line 5, in main\n    {call}\n'
+    error = "TypeError: Asker.ask() missing 1 required positional argument: 'b'"
+    report = failure_report.of_program(path, f"Traceback (most recent call last):\n{frames}{error}\n", 1)
+    assert report.frames[-1].code == line

@@ -27,7 +27,8 @@ AGENT = """class Agent:
             return {'linear': 0.0, 'angular': 0.0}
         return {'linear': 0.3, 'angular': 0.0}
 """
-TURNS = "action = self.agent.decide_action(1)\n        cmd.linear.x = action"
+DECIDES = "action = self.agent.decide_action(1)"
+TURNS = f"{DECIDES}\n        cmd.linear.x = action"
 
 
 @pytest.mark.parametrize(
@@ -50,6 +51,11 @@ TURNS = "action = self.agent.decide_action(1)\n        cmd.linear.x = action"
         ("x", "float", "wind", TURNS,
          "`action` is a dict: write one of its values, `action['linear']` or `action['angular']`."),
         ("x", "float", "wind", TURNS.replace("= action", "= action['linear']"), "takes a float"),
+        ("x", "float", "wind", f"{DECIDES}\n        x, z = action\n        cmd.linear.x = x",
+         "Line 14: `x, z = action` gives the keys, because `action` is a dict. Its values are `action['linear']` and"),
+        ("x", "float", "wind", "x, z = self.agent.decide_action(1)\n        cmd.linear.x = x",
+         "gives the keys, because what it returns is a dict."),
+        ("x", "float", "wind", f"{DECIDES}\n        x, z = action.values()\n        cmd.linear.x = x", "takes a float"),
     ],
 )  # fmt: skip
 def test_what_a_field_is_given_is_named(tmp_path, monkeypatch, field, kind, part, line, says):

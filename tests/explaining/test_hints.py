@@ -74,9 +74,69 @@ OVERRIDES = "RCLError: failed to initialize rcl: Couldn't parse parameter overri
 INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid transition from state {} with event {}"
 
 
+LIST_OF = "AssertionError: The 'floors' field must be a set or sequence and each value of type 'int' and"
+WORDS = "parser.add_argument('floors', {})\n"
+LESS_PARAMETER = "TypeError: '<' not supported between instances of 'Parameter' and 'float'"
+KEEPS_PARAMETERS = """self.add_on_set_parameters_callback(self.check)
+def check(self, params):
+    new = {{'low': self.get_parameter('low'){}}}
+    for param in params:
+        new[param.name] = param
+    return new['low'] < 1.0
+"""
+UNSET = "UnboundLocalError: cannot access local variable 'a' where it is not associated with a value"
+EXCEPT = """def main():
+    try:
+        a, b = words
+    except ValueError:
+        {}
+    call(a)
+"""
+CALLED = "def decide(self, seen):\n    return seen['front']\n"
+
+
 @pytest.mark.parametrize(
     ("error", "text", "code", "says"),
     [
+        (
+            LIST_OF,
+            WORDS.format("nargs='+'"),
+            "goal.floors = floors",
+            "for a number, write `type=int` (or `float`) in `add_argument('floors', ...)`.",
+        ),
+        (LIST_OF, WORDS.format("nargs='+', type=int"), "goal.floors = floors[0]", "takes a list"),
+        (LIST_OF, WORDS.format("metavar='F'"), "goal.floors = options.floors", "takes a list"),
+        (LIST_OF, WORDS.format("nargs='+'"), "goal.floors = int(options.floors[0])", "takes a list"),
+        (LIST_OF, "", "goal = Lift.Goal(floors=sys.argv[1:])", "`[int(word) for word in ...]` makes numbers of them."),
+        (LESS_PARAMETER, KEEPS_PARAMETERS.format(".value"), "", "`param.value`."),
+        (LESS_PARAMETER, KEEPS_PARAMETERS.format(""), "", "`get_parameter(...)` returns a Parameter"),
+        (
+            UNSET,
+            EXCEPT.format("print(USAGE)"),
+            "call(a)",
+            "`a` is set in the `try` of line 2, and the `except` in line 4 goes on without it: leave the",
+        ),
+        (UNSET, EXCEPT.format("return 2"), "call(a)", "No line that sets `a` in this function has run yet"),
+        (UNSET, EXCEPT.format("parser.error(USAGE)"), "call(a)", "No line that sets `a`"),
+        (
+            "TypeError: 'bool' object is not callable",
+            "class A:\n    def __init__(self):\n        self.go = 0\n    def go(self):\n        self.go = 1\n",
+            "",
+            "`self.go = ...` in line 3 replaces the method `go`",
+        ),
+        ("KeyError: 'front'", CALLED, "return seen['front']", "It is what the caller of `decide` passes: compare its"),
+        (
+            "ModuleNotFoundError: No module named 'my_package'",
+            "from my_package.msg import LaserScan",
+            "from my_package.msg import LaserScan",
+            "LaserScan is in sensor_msgs.msg: write `from sensor_msgs.msg import LaserScan`.",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'my_package'",
+            "from my_package.srv import Mine",
+            "from my_package.srv import Mine",
+            "my_package is not built here",
+        ),
         (
             "AttributeError: 'SetBool_Response' object has no attribute 'data'",
             SWAPPED.format("response, request", "request"),
