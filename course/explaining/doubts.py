@@ -29,6 +29,7 @@ LOCKS = ("Lock", "RLock")
 LEAVES = (ast.Break, ast.Continue, ast.Raise, ast.Return)
 LOGS = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in a loop
 A_TIME = re.compile(r"(?:^|_)(?:period|seconds|secs?|interval)$")  # ends a name that holds seconds
+LONG_GOAL = 20.0  # s that many a goal takes
 LONGEST = 600.0  # s: more cannot be meant as a time limit of a student's program
 
 
@@ -92,6 +93,28 @@ def short_wait(source: str, least: float) -> tuple[int, float] | None:
         limit = _default(tree, waits[0].lineno, limit.id)
     seconds = written_number(limit)
     return (waits[0].lineno, seconds) if seconds is not None and seconds < least else None
+
+
+def short_result(source: str) -> tuple[int, float] | None:
+    """Return the line of the one wait for the result of a goal, and its limit in s, if many goals take longer.
+
+    None unless the text shows that it waits once: in no loop, and with a limit that is written out.
+    """
+    tree = parse(source)
+    for function in functions(tree):
+        made = [node for node in ast.walk(function) if isinstance(node, ast.Assign)]
+        if any(isinstance(node, (ast.While, ast.For)) for node in ast.walk(function)):
+            continue
+        for call in calls(function, "spin_until_future_complete"):
+            future, limit = argument(call, 1, "future"), argument(call, 3, "timeout_sec")
+            above = [node for node in made if node.lineno < call.lineno]
+            before = [node.value for node in above if ast.unparse(future or call) in map(ast.unparse, node.targets)]
+            waited = before[-1] if before else future
+            seconds = limit.value if isinstance(limit, ast.Constant) else None
+            of_result = isinstance(waited, ast.Call) and name_of(waited.func) == "get_result_async"
+            if of_result and isinstance(seconds, (int, float)) and seconds < LONG_GOAL:
+                return call.lineno, seconds
+    return None
 
 
 def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:

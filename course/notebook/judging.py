@@ -14,11 +14,13 @@ from pathlib import Path
 from typing import IO, Any
 
 from rclpy.action import ActionClient, get_action_names_and_types
+from rclpy.context import Context
+from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
-from course.explaining.doubts import long_limit, short_wait
+from course.explaining.doubts import long_limit, short_result, short_wait
 from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.explaining.hangs import NOT_SPUN, THREADS, beginning
 from course.explaining.interface_parts import type_name as field_type
@@ -133,16 +135,23 @@ def beside(file: str, *arguments: str) -> Beside:
 class Alone:
     """A run of the client `file` with these words where it finds no server, beside what a check does meanwhile.
 
-    It has a ROS domain of its own, and is ended when it does not give up.
+    It has a ROS domain of its own, and is ended when it does not give up.  With `silent`, a type and the name of a
+    service, that is served there, and never answered.
     """
 
-    def __init__(self, file: str, *arguments: str):
+    def __init__(self, file: str, *arguments: str, silent: tuple[type[Any], str] | None = None):
         as_it_lies(file)
+        self._when = "with a server that does not answer" if silent else "without a server"
         self._where = self._why = ""
         self._begun = self._over = 0.0  # when it could first see others, and when it had ended, s since boot
         self._process: NodeProcess | None = None
         with contextlib.suppress(LiveError):  # no domain is free: then this is left out
             self._claim, domain = claim_domain()
+            self._context = Context()
+            if silent:  # nothing spins its node
+                self._context.init(domain_id=domain)
+                self._server = Node("silent_server", context=self._context)
+                self._server.create_service(*silent, lambda _, response: response)
             self._process = NodeProcess(Path(file), list(arguments), domain=domain)
             threading.Thread(target=self._watch, args=[self._process], daemon=True).start()
 
@@ -157,6 +166,7 @@ class Alone:
                 if asleep * LOOK >= PATIENT or looks * LOOK >= MOST:
                     self._end(process)
             self._over = time.clock_gettime(time.CLOCK_BOOTTIME)
+            self._context.try_shutdown()
 
     def _end(self, process: NodeProcess, why: str = "") -> None:
         why = why or process.endless_wait()
@@ -194,18 +204,23 @@ class Alone:
                 self._end(process, why)
         if process.stopped:
             raise ExerciseError(
-                f"without a server, {process.name} must say so, and end after 10 s at most: it still waited"
+                f"{self._when}, {process.name} must say so, and end after 10 s at most: it still waited"
                 f"{self._where}{self._why}"
             )
         if not process.output.strip() or process.returncode == 0:
             raise ExerciseError(
-                f"without a server, {process.name} must say so, and its exit status must not be 0; it was "
+                f"{self._when}, {process.name} must say so, and its exit status must not be 0; it was "
                 f"{process.returncode}{lost_status(process.name, process.returncode or 0)}\n"
                 f"{process.output.strip() or 'it printed nothing'}"
             )
+        if process.output.lstrip().startswith(MARK) and "'NoneType' object" in process.output:
+            raise ExerciseError(
+                f"{self._when}, {process.name} must say so, and it ends with an exception instead:\n"
+                f"{process.reports[-1] if process.reports else process.output.strip()}"
+            )
         if usage and not _said(process.output) - _said(usage):
             raise ExerciseError(
-                f"without a server, {process.name} must say so, and it prints what it prints with one argument alone:\n"
+                f"{self._when}, {process.name} must say so, and it prints what it prints with one argument alone:\n"
                 f"{process.output.strip()}"
             )
         if (short := short_wait(process.source, least)) is not None:
@@ -429,6 +444,17 @@ def no_feedback(file: str) -> str:
     return (
         f"\n{frame_at(file, sent[0].lineno, source)}\nFeedback comes to the function that is given here: "
         "`send_goal_async(goal, feedback_callback=...)`."
+    )
+
+
+def early_end(file: str) -> str:
+    """Return lines about a client that waits for the result of a goal for a few seconds alone; '' if it may not."""
+    source = text_at(Path(file))
+    if (short := short_result(source)) is None:
+        return ""
+    return (
+        f"\n{frame_at(file, short[0], source)}\nThis waits for {short[1]:g} s, after which the result is None. Many "
+        "goals take longer: leave the limit out here."
     )
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.explaining.doubts import doubts, long_limit, short_wait
+from course.explaining.doubts import doubts, long_limit, short_result, short_wait
 
 LIFT = """
 class Lift(Node):
@@ -178,3 +178,27 @@ def test_a_callback_whose_answer_is_none_is_told_at_the_start(body, agrees, says
 )
 def test_a_wait_for_a_service_that_is_too_short_is_found(default, given, asked, found):
     assert short_wait(CLIENT.format(default=default, given=given, asked=asked), 1.0) == found
+
+
+RESULT = """def run(self, floors):
+    future = self.client.send_goal_async(goal)
+    rclpy.spin_until_future_complete(self, future, timeout_sec=5.0)
+    {}future = self.handle.get_result_async()
+    rclpy.spin_until_future_complete(self, {})
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "given", "found"),
+    [
+        ("", "future, timeout_sec=5.0", (5, 5.0)),
+        ("", "self.handle.get_result_async(), None, 1.0", (5, 1.0)),
+        ("", "future", None),
+        ("", "future, timeout_sec=600.0", None),
+        ("", "future, timeout_sec=limit", None),
+        ("other_", "future, timeout_sec=5.0", None),
+        ("while not self.done: ", "future, timeout_sec=5.0", None),
+    ],
+)
+def test_a_wait_for_a_result_that_is_too_short_is_found(before, given, found):
+    assert short_result(RESULT.format(before, given)) == found

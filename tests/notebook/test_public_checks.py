@@ -1693,6 +1693,127 @@ SENTENCES = [
         "        __import__('time').sleep(0.7)\n        answer = await",
         " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
     ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "(-25, 25)",
+        "(-22, 22)",
+        "something 0.4 m away at 24 degrees, in front: it must be told (0.0, 0.5)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "(-80, -40)",
+        "(-76, -40)",
+        "the nearest point 0.7 m away at -79 degrees: it must be told (0.3, -0.15)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "Duration(seconds=0.5)",
+        "Duration(seconds=0.2)",
+        "a scan may be used until it is 0.5 s old, and the command was zero 0.",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        self.cmd_vel_pub.publish(cmd)",
+        (
+            "        old = self.scan_time and not self.scan_is_fresh()\n        if old and vars(self).get('old'):\n"
+            "            return\n        self.old = old\n        self.cmd_vel_pub.publish(cmd)"
+        ),
+        "at 10 Hz too, and after the first one none came\n  wall_follower.py, line ",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "        if request.operation == 'add':",
+        (
+            "        if request.b == 0.0:\n            response.success = False\n"
+            "            response.message = 'Division by zero'\n        elif request.operation == 'add':"
+        ),
+        "5.0 add 0.0 was refused: Division by zero",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "return 2",
+        "return 2 * (len(remove_ros_args(args)) != 4)",
+        "x 2 add is a failure, and must end with an exit status other than 0",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "    rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n",
+        (
+            "    rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n"
+            "        if not future.done():\n            print('No answer')\n            sys.exit()\n"
+        ),
+        "with a server that does not answer, calculator_client.py must say so, and its exit status must not be 0",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "    rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n",
+        "    rclpy.spin_until_future_complete(self, future)\n",
+        "with a server that does not answer, calculator_client.py must say so, and end after 10 s at most",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "    if response is None:\n",
+        "    if response == 1:\n",
+        "it ends with an exception instead:\ncalculator_client.py ended with exit status 1: AttributeError: 'NoneType'",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        KI_ALONE,
+        "if param.name == 'ki' and param.value > self.ki:",
+        "when ki is set to another value the integral starts again: ",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.effort_pub.publish(",
+        (
+            "        if effort == self.value('output_min'):\n            self.integral -= error * step\n"
+            "        self.effort_pub.publish("
+        ),
+        "the integral must grow also while the effort is clamped, and has no limits",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "self.cancel_after is not None",
+        "self.cancel_after",
+        "--cancel-after 0 cancels as soon as the goal is accepted: CANCELED must be in the last line",
+    ),
+    each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.stopped = request.data\n",
+        (
+            "        self.stopped = request.data\n        import time\n        if request.data:\n"
+            "            self.since = time.monotonic()\n"
+            "        elif time.monotonic() - vars(self).get('since', 1e12) > 1.0:\n"
+            "            self.create_timer(0.2, lambda: setattr(self, 'enabled', True))\n"
+        ),
+        "after the end of a stop the motors must stay disabled until they are enabled again",
+    ),
 ]
 
 
