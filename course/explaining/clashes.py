@@ -1,11 +1,14 @@
 """The hint on a topic, a service or an action that already has another type in this kernel.  rclpy names neither."""
 
+import ast
+import re
 import sys
 from types import TracebackType
 from typing import Any, cast
 
 from rclpy.node import Node
 
+from course.explaining.source import argument, calls, parse
 from course.ros.names import type_name
 from course.ros.rclpy_internals import RCLError
 
@@ -60,4 +63,30 @@ def _clash(node: Node, topic: str, kind: str) -> str:
                 f"{who} {verb} {name} with the type {end.topic_type}, and your line uses {kind}. A topic has one type: "
                 "use the same on both sides, or another name."
             )
+    return ""
+
+
+KINDS = (  # makers of two ends of the same name, with the places of the type and the name
+    {"create_publisher": ("msg_type", "topic"), "create_subscription": ("msg_type", "topic")},
+    {"create_client": ("srv_type", "srv_name"), "create_service": ("srv_type", "srv_name")},
+)
+
+
+def two_types(found: re.Match[str], source: str) -> str:
+    """Return the hint on a program that gives one name two types, which the middleware refuses."""
+    tree = parse(source)
+    for makers in KINDS:
+        made: dict[str, tuple[str, int]] = {}
+        for maker, (of_type, of_name) in makers.items():
+            for call in calls(tree, maker):
+                kind, name = argument(call, 0, of_type), argument(call, 1, of_name)
+                if kind is None or not isinstance(name, ast.Constant) or not isinstance(name.value, str):
+                    continue
+                text = ast.unparse(kind)
+                other, line = made.setdefault(name.value.lstrip("/"), (text, call.lineno))
+                if other != text:
+                    return (
+                        f"Line {line} gives '{name.value}' the type {other}, and line {call.lineno} the type {text}. "
+                        "One name can have only one type: is another name meant in one of the two lines?"
+                    )
     return ""

@@ -33,6 +33,49 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
         if isinstance(node, (ast.If, ast.While, ast.IfExp)):
             yield from _texts_alone(node.test)
+        if isinstance(node, ast.Compare) and len(node.ops) == 1:
+            yield from _never_equal(node, own, of_goals="get_result_async" in map(name_of, nodes))
+    yield from _bare_texts(nodes)
+
+
+TEXT_METHODS = {"capitalize", "casefold", "lower", "strip", "title", "upper"}
+OUTCOMES = {"SUCCEEDED", "CANCELED", "CANCELLED", "ABORTED", "REJECTED"}
+
+
+def _never_equal(node: ast.Compare, own: set[str], *, of_goals: bool) -> Iterator[tuple[int, str]]:
+    """Yield comparisons of a text with a method (`word.lower == 'add'`), or with the status of a goal, a number."""
+    for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+        word, text = getattr(other, "value", None), ast.unparse(one)
+        if not isinstance(one, ast.Attribute) or not isinstance(word, str) or one.attr in own:
+            continue
+        if one.attr in TEXT_METHODS:
+            yield node.lineno, f"`{text}` is the method itself, which is equal to no text. Call it: `{text}()`."
+        if (
+            of_goals
+            and one.attr == "status"
+            and word.upper() in OUTCOMES
+            and isinstance(node.ops[0], (ast.Eq, ast.NotEq))
+        ):
+            constant = f"GoalStatus.STATUS_{word.upper().replace('CANCELLED', 'CANCELED')}"
+            yield (
+                node.lineno,
+                (
+                    f"`{ast.unparse(node)}` compares a number with a text. Write `{text} == {constant}` (from "
+                    "action_msgs.msg)."
+                ),
+            )
+
+
+def _bare_texts(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
+    """Yield conditions that are a text alone: `elif 'multiply':`."""
+    before = {id(node.orelse[0]): node for node in nodes if isinstance(node, ast.If) and len(node.orelse) == 1}
+    for node in (each for each in nodes if isinstance(each, ast.If)):
+        if isinstance(node.test, ast.Constant) and isinstance(node.test.value, str) and node.test.value:
+            above = before[id(node)].test if id(node) in before else None
+            like = isinstance(above, ast.Compare) and len(above.ops) == 1 and isinstance(above.ops[0], ast.Eq)
+            meant = ast.unparse(_compared(node.test, above)) if like and isinstance(above, ast.Compare) else ""
+            how = f"Write `{meant}`." if meant else "Compare something with it."
+            yield node.test.lineno, f"`{ast.unparse(node.test)}` alone is always true. {how}"
 
 
 def asked_by(node: ast.AST) -> list[ast.expr]:

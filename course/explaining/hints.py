@@ -25,6 +25,7 @@ from course.explaining.arguments import (
     unknown_keyword,
     wrong_kind,
 )
+from course.explaining.clashes import two_types
 from course.explaining.endings import around, ended_twice, refused_by_raising
 from course.explaining.field_values import no_value
 from course.explaining.interface_parts import (
@@ -95,6 +96,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
     spins_a_class,
+    undecorated,
     wrong_return,
 )
 from course.foundation import cells
@@ -480,6 +482,16 @@ def _words_for_numbers(found: re.Match[str], source: str, code: str) -> str:
     return _word_for_number(found, source, code) if lists else ""
 
 
+def _method_in_a_sum(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a method that is used as if it were what it returns: `'Motors ' + self.state`."""
+    own = undecorated(functions(parse(source)))
+    called_there = {id(node.func) for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)}
+    for node in (each for each in ast.walk(line_tree(code)) if isinstance(each, ast.Attribute)):
+        if id(node) not in called_there and name_of(node.value) == "self" and node.attr in own:
+            return f"`{ast.unparse(node)}` is the method itself. Call it: `{ast.unparse(node)}()`."
+    return ""
+
+
 def _hidden_property(found: re.Match[str], source: str) -> str:
     hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
     return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
@@ -804,6 +816,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"No module named '([\w.]+)'", is_module),
     (r"cannot import name '(\w+)' from '([\w.]+)'", no_such_class),
     (r"ZeroDivisionError", _divisor),
+    (r"called for existing [\w ]*name|[Ff]ailed to create \w+: invalid allocator", two_types),
     (
         r"called for existing topic name rt(/\S+) with incompatible type",
         lambda found, source: (
@@ -949,6 +962,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
     (UNCALLED, not_called),
+    (r"can only concatenate \w+ \(not \"method\"\)|unsupported operand type.*'method'", _method_in_a_sum),
     (r"truth value of an array|ufunc 'bitwise_(?:and|or)' not supported", _of_arrays),
     (r"'Future' object has no attribute '(?!add_done_callback)(\w+)'", _future_used),
     (r"'NoneType' object has no attribute 'add_done_callback'", awaited_nothing),

@@ -9,6 +9,7 @@ from itertools import pairwise
 
 from course.explaining.conditions import always, asked_by
 from course.explaining.interface_fields import fields_of
+from course.explaining.lost_values import lost_values
 from course.explaining.source import (
     argument,
     bare_statements,
@@ -47,7 +48,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_parts_of_a_word(tree)}
+    found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
@@ -352,6 +353,29 @@ def _declared(tree: ast.AST) -> Iterator[str]:
             rows = getattr(loop.iter, "elts", [])
             texts += [(getattr(each, "elts", None) or [each])[0] for each in rows]
     yield from (each.value for each in texts if isinstance(each, ast.Constant) and isinstance(each.value, str))
+
+
+def _names_in_a_list(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield names that a parameter callback looks for in its list of Parameters: `if 'output_min' in params`."""
+    for function in named(tree, parameter_callbacks(tree)):
+        given = function.args.args[-1].arg if function.args.args else ""
+        nodes = [*ast.walk(function)]
+        if any(isinstance(node, ast.Name) and node.id == given and isinstance(node.ctx, ast.Store) for node in nodes):
+            continue
+        for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
+            word, listed = getattr(node.left, "value", None), node.comparators[0]
+            if (
+                isinstance(node.ops[0], (ast.In, ast.NotIn))
+                and isinstance(word, str)
+                and isinstance(listed, ast.Name)
+                and listed.id == given
+            ):
+                always = "false" if isinstance(node.ops[0], ast.In) else "true"
+                how = f"{{each.name: each.value for each in {given}}}"
+                text = (
+                    f"`{ast.unparse(node)}` is always {always}: `{given}` is a list of Parameters, not of their names"
+                )
+                yield node.lineno, f"{text}. A dict of them is `{how}`."
 
 
 def _stored_already(tree: ast.AST) -> Iterator[tuple[int, str]]:

@@ -144,7 +144,7 @@ def kept_name(file: str) -> str:
     taken_off = any(isinstance(node, ast.Delete) for node in ast.walk(tree))  # `del words[0]`
     taken_off |= any(next(calls(tree, name), None) for name in TAKES_OFF)
     if longer or sliced or fourth or taken_off:
-        return ""
+        return _counted(tree, file, source)
     lines = [call.lineno for call in made] or [
         node.lineno
         for node in ast.walk(tree)
@@ -171,3 +171,21 @@ def _is_command_line(value: ast.expr) -> bool:
 
 
 TAKES_OFF = ("islice", "next", "pop", "popleft", "remove")
+
+
+def _counted(tree: ast.Module, file: str, source: str) -> str:
+    """Return lines about words without the program's name that are counted as if they had it: `len(words) != 4`."""
+    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Compare) and len(each.ops) == 1):
+        count, counted = node.comparators[0], node.left
+        if not (isinstance(counted, ast.Call) and name_of(counted.func) == "len" and len(counted.args) == 1):
+            continue
+        held = [value for _, value in assigned(counted.args[0], source)]
+        cut = [each.slice for each in held if isinstance(each, ast.Subscript) and isinstance(each.slice, ast.Slice)]
+        first = [getattr(each.lower, "value", None) for each in cut if each.upper is None and each.step is None]
+        if isinstance(count, ast.Constant) and count.value == 4 and first and first == [1] * len(held):
+            name = ast.unparse(counted.args[0])
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nThe program's name is not in `{name}` any more: A, B and "
+                "OPERATION are 3 words."
+            )
+    return ""

@@ -3,7 +3,7 @@
 import ast
 import math
 import re
-from itertools import pairwise
+from collections.abc import Iterator
 from pathlib import Path
 
 from course.explaining.failure_report import frame_at, text_at
@@ -16,6 +16,7 @@ from course.explaining.source import (
     inside,
     name_of,
     named,
+    parameter_callbacks,
     parse,
     service_callbacks,
 )
@@ -142,12 +143,8 @@ def _kept_nothing(file: str) -> str:
                 f"\n{frame_at(file, returned[0].lineno, source)}\n'{function.name}' is called with each scan, and "
                 "nothing gets what it returns: a callback keeps it in an attribute, `self.distances = ...`."
             )
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-        loaded = {node.attr: node for node in ast.walk(cls)
-                  if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load)}  # fmt: skip
-        for name in sorted(only_none(cls) & {*loaded}):
-            at = frame_at(file, loaded[name].lineno, source)
-            return f"\n{at}\n`self.{name}` is None here, and nothing in {file} sets it to anything else."
+    if none := still_none(file):
+        return none
     for function in (each for each in functions(tree) if "fresh" in each.name):
         for node in (each.value for each in ast.walk(function) if isinstance(each, ast.Return)):
             older = isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Gt, ast.GtE))
@@ -201,6 +198,8 @@ def published_only_if(file: str) -> str:
     source = text_at(Path(file))
     tree = parse(source)
     publishing = {each.name for each in functions(tree) if next(calls(each, "publish"), None)}
+    if source and "publish" not in ast.unparse(tree).replace("create_publisher", "").replace("publisher", ""):
+        return f": nothing in {file} calls `publish`"
     timed = {name_of(argument(call, *CALLBACKS["create_timer"])) for call in calls(tree, "create_timer")}
     for function in named(tree, timed):
         others = {*publishing, "publish"} - {function.name}
@@ -315,21 +314,44 @@ def broken_chain(file: str, word: str) -> str:
     source = text_at(Path(file))
     for node in ast.walk(parse(source)):
         body = getattr(node, "body", [])
-        for before, after in pairwise(body if isinstance(body, list) else []):
-            if not (isinstance(before, ast.If) and isinstance(after, ast.If) and after.orelse and not before.orelse):
+        for number, before in enumerate(body if isinstance(body, list) else []):
+            branch = next((each for each in _branches(before) if _compares(each.test)[1] == word), None)
+            ends = (ast.Return, ast.Raise, ast.Continue, ast.Break)
+            if branch is None or _last(before).orelse or isinstance(branch.body[-1], ends):
                 continue
-            compared = [each.test for each in (before, after)]
-            if not all(isinstance(each, ast.Compare) and len(each.ops) == 1 for each in compared):
-                continue
-            one, other = (each for each in compared if isinstance(each, ast.Compare))
-            same = ast.unparse(one.left) == ast.unparse(other.left) and isinstance(one.ops[0], ast.Eq)
-            goes_on = not isinstance(before.body[-1], (ast.Return, ast.Raise, ast.Continue, ast.Break))
-            if same and goes_on and getattr(one.comparators[0], "value", None) == word:
-                return (
-                    f"\n{frame_at(file, after.lineno, source)}\nThis `if` begins a new chain, whose last branches run "
-                    f"for '{word}' as well: write `elif`."
-                )
+            left, chains = _compares(branch.test)[0], []
+            for after in body[number + 1 :]:
+                if not isinstance(after, ast.If) or _compares(after.test)[0] != left:
+                    break
+                chains.append(after)
+                asked = [_compares(each.test) for each in _branches(after)]
+                if (left, word) in asked:
+                    break
+                if after.orelse and (_last(after).orelse or any(each[0] != left for each in asked)):
+                    more = " So do the others below it." if len(chains) > 1 else ""
+                    return (
+                        f"\n{frame_at(file, chains[0].lineno, source)}\nThis `if` begins a new chain, whose last "
+                        f"branches run for '{word}' as well: write `elif`.{more}"
+                    )
     return ""
+
+
+def _branches(node: ast.stmt) -> Iterator[ast.If]:
+    """Yield an `if` and each `elif` of it; nothing for another statement."""
+    while isinstance(node, ast.If):
+        yield node
+        node = node.orelse[0] if len(node.orelse) == 1 else ast.Pass()
+
+
+def _last(node: ast.stmt) -> ast.If:
+    return [*_branches(node)][-1]
+
+
+def _compares(test: ast.expr) -> tuple[str, object]:
+    """Return what a condition compares with `==`, and with which constant; ('', None) for another condition."""
+    if isinstance(test, ast.Compare) and len(test.ops) == 1 and isinstance(test.ops[0], ast.Eq):
+        return ast.unparse(test.left), getattr(test.comparators[0], "value", None)
+    return "", None
 
 
 def never_reads(file: str, field: str) -> str:
@@ -338,3 +360,32 @@ def never_reads(file: str, field: str) -> str:
     if re.search(rf"\b{field}\b", ast.unparse(parse(source))) or "getattr" in source:
         return ""
     return f"\nNothing in {file} reads `{field}` of the response, which says whether it was refused."
+
+
+def still_none(file: str) -> str:
+    """Return lines on an attribute that a program reads, and sets to None alone; '' without one."""
+    source = text_at(Path(file))
+    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
+        loaded = {node.attr: node for node in ast.walk(cls)
+                  if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load)}  # fmt: skip
+        for name in sorted(only_none(cls) & {*loaded}):
+            at = frame_at(file, loaded[name].lineno, source)
+            return f"\n{at}\n`self.{name}` is None here, and nothing in {file} sets it to anything else."
+    return ""
+
+
+def another_name(file: str, name: str) -> str:
+    """Return lines on callbacks for parameters that compare a name, and never with this one; '' otherwise."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    made = [*named(tree, parameter_callbacks(tree, "add_post_set_parameters_callback"))]
+    if any(getattr(node, "value", None) == name for function in made for node in ast.walk(function)):
+        return ""
+    for node in (each for function in made for each in ast.walk(function) if isinstance(each, ast.Compare)):
+        word = getattr(node.comparators[0], "value", None)
+        if name_of(node.left) == "name" and isinstance(word, str):
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nThis looks at {word}, and nothing in the callbacks for new "
+                f"values looks at {name}."
+            )
+    return ""

@@ -124,6 +124,24 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "",
             "`self.go = ...` in line 3 replaces the method `go`",
         ),
+        (
+            'TypeError: can only concatenate str (not "method") to str',
+            "class A:\n    def state(self):\n        return ''\n",
+            "response.message = 'Motors ' + self.state",
+            "`self.state` is the method itself. Call it: `self.state()`.",
+        ),
+        (
+            "RCLError: Failed to create subscription: invalid allocator, at /project/src/rcl/subscription.c:261",
+            "self.create_publisher(Twist, 'scan', 10)\nself.create_subscription(LaserScan, '/scan', self.see, 10)\n",
+            "",
+            "Line 1 gives '/scan' the type Twist, and line 2 the type LaserScan. One name can have only one type",
+        ),
+        (
+            "RCLError: failed to create service: create_service() called for existing request topic name rq/a with",
+            "self.create_client(AddTwoInts, '/a')\nself.create_service(Trigger, '/a', self.a)\n",
+            "",
+            "Line 1 gives '/a' the type AddTwoInts, and line 2 the type Trigger.",
+        ),
         ("KeyError: 'front'", CALLED, "return seen['front']", "It is what the caller of `decide` passes: compare its"),
         (
             "ModuleNotFoundError: No module named 'my_package'",

@@ -534,3 +534,70 @@ def test_a_cancel_that_never_ends_the_goal_as_canceled_is_told(ends, told):
     says = "note: line 7: a goal whose cancel is requested ends as canceled only by `goal_handle.canceled()`, which"
     found = slips(COUNTS.format(ends=ends))
     assert len(found) == told and all(each.startswith(says) for each in found)
+
+
+MANY = """class Many(Node):
+    def __init__(self):
+        self.create_subscription(Float64, 'error', self.error_callback, 10)
+        self.add_on_set_parameters_callback(self.check)
+        self.client = self.create_client(Add, 'add')
+    def error_callback(self, msg):
+        {callback}
+    def check(self, params):
+        {check}
+    def state(self):
+        {state}
+    def ask(self, a):
+        {ask}
+        self.client.call_async(request)
+        return self.handle.get_result_async()
+"""
+NEW = "request = Add.Request()\n        "
+
+
+@pytest.mark.parametrize(
+    ("part", "line", "says"),
+    [
+        ("callback", "integral = 0.0\n        integral += msg.data",
+         "line 7: `integral` begins at 0.0 each time that 'error_callback' is called, and what it gathers is lost."),
+        ("callback", "integral = 0.0\n        integral += msg.data\n        self.integral = integral", ""),
+        ("callback", "integral = 0.0\n        for each in msg.data: integral += each", ""),
+        ("callback", "effort = 0.0\n        effort += msg.data", ""),
+        ("callback", "self.last = msg.data\n        slope = (msg.data - self.last) / 2",
+         "line 8: `msg.data - self.last` is always 0: line 7 has just set `self.last` to `msg.data`. Set it below"),
+        ("callback", "slope = msg.data - self.last\n        self.last = msg.data", ""),
+        ("callback", "self.last = msg.data\n        self.state()\n        slope = msg.data - self.last", ""),
+        ("callback", "self.last = msg.data\n        msg = self.other\n        slope = msg.data - self.last", ""),
+        ("callback", "self.last = msg.data\n        if msg: self.last = 1\n        slope = msg.data - self.last", ""),
+        ("callback", "effort = min(self.output_min, msg.data)",
+         "line 7: `min(self.output_min, msg.data)` is never above the lower limit. The smallest that an effort may be"),
+        ("callback", "effort = min(max(0, msg.data), self.output_min)", "is never above the lower"),
+        ("callback", "effort = max(self.output_min, min(self.output_max, msg.data))", ""),
+        ("callback", "if min(self.output_min, self.output_max) < 0: pass", ""),
+        ("check", "if 'low' in params: pass",
+         "line 9: `'low' in params` is always false: `params` is a list of Parameters, not of their names. A dict of"),
+        ("check", "params = {each.name: each for each in params}\n        if 'low' in params: pass", ""),
+        ("check", "if 'low' in [each.name for each in params]: pass", ""),
+        ("state", "return f'Motors {self.state}'", "line 11: `{self.state}` shows the method itself. Call it: `{self"),
+        ("state", "return f'Motors {self.state()} {self.stopped}'", ""),
+        ("state", "if word.lower == 'add': pass",
+         "line 11: `word.lower` is the method itself, which is equal to no text. Call it: `word.lower()`."),
+        ("state", "if word.lower() == 'add' or self.lower == 1: pass", ""),
+        ("state", "if self.lower == 'add': self.lower = ''", ""),
+        ("state", "if end.status == 'SUCCEEDED': pass",
+         "compares a number with a text. Write `end.status == GoalStatus.STATUS_SUCCEEDED` (from action_msgs.msg)."),
+        ("state", "if WORDS[end.status] == 'SUCCEEDED' or self.status == 'stopped': pass", ""),
+        ("state", "if word == 'add': pass\n        elif 'multiply': pass",
+         "line 12: `'multiply'` alone is always true. Write `word == 'multiply'`."),
+        ("state", "if 'multiply': pass", "line 11: `'multiply'` alone is always true. Compare something with it."),
+        ("ask", f"{NEW}a = request.a", "line 14: `a = request.a` reads a field of the new `request`. To set it, write"),
+        ("ask", f"{NEW}request.a = a\n        a = request.a", ""),
+        ("ask", "request = Add.Request(a=a)\n        a = request.a", ""),
+        ("ask", f"{NEW}default = request.a", ""),
+        ("ask", "a = request.a", ""),
+    ],
+)  # fmt: skip
+def test_a_value_that_is_lost_or_can_be_no_other_is_told(part, line, says):
+    cell = MANY.format(**{"callback": "pass", "check": "pass", "state": "pass", "ask": "pass", part: line})
+    found = slips(cell)
+    assert len(found) == bool(says) and says in "".join(found), found

@@ -101,6 +101,10 @@ def test_a_client_that_prints_nothing_is_told_with_its_last_line(tmp_path, monke
         ("_, a, b, word = sys.argv", False),
         ("name = sys.argv[0]\na, b, word = read(name)", False),
         ("words = sys.argv\na, b, word = words[1:]", False),
+        ("words = remove_ros_args(args)[1:]\nif len(words) != 4: usage()", True),
+        ("words = remove_ros_args(args)[1:]\nif len(words) != 3: usage()", False),
+        ("words = remove_ros_args(args)\nif len(words) != 4: usage()\na, b, word = words[1:]", False),
+        ("words = sys.argv\nif len(words) != 4: usage()\nwords = words[1:]", False),
     ],
 )
 def test_a_program_name_that_nothing_takes_off(tmp_path, monkeypatch, text, kept):

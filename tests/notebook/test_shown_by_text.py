@@ -4,6 +4,7 @@ import pytest
 
 from course.notebook.judging import more_timers, sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
+    another_name,
     asked_once,
     broken_chain,
     built_early,
@@ -14,6 +15,7 @@ from course.notebook.shown_by_text import (
     published_only_if,
     read_once,
     seen_wrongly,
+    still_none,
     unconverted,
     unseen_scans,
 )
@@ -115,6 +117,14 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
         ("calculator", "calculator_server.py", {}, lambda file: broken_chain(file, "add"), ""),
         ("calculator", "calculator_server.py", {"elif request.operation == 'subtract'":
          "if request.operation == 'subtract'"}, lambda file: broken_chain(file, "subtract"), ""),
+        ("ai_integration", "wall_follower.py", {"        self.cmd_vel_pub.publish(cmd)\n": ""}, published_only_if,
+         ": nothing in wall_follower.py calls `publish`"),
+        ("parameters", "pid_node.py", {"self.last_error, self.last_time = error, now": "self.last_error = error"},
+         still_none, "`self.last_time` is None here, and nothing in pid_node.py sets it to anything else."),
+        ("parameters", "pid_node.py", {}, still_none, ""),
+        ("parameters", "pid_node.py", {"param.name == 'ki'": "param.name == 'kp'"},
+         lambda file: another_name(file, "ki"), "\nThis looks at kp, and nothing in the callbacks for new values"),
+        ("parameters", "pid_node.py", {}, lambda file: another_name(file, "ki"), ""),
         ("calculator", "calculator_client.py", {"if not response.success:": "if not response:"},
          lambda file: never_reads(file, "success"), "Nothing in calculator_client.py reads `success` of the response"),
         ("calculator", "calculator_client.py", {}, lambda file: never_reads(file, "success"), ""),
@@ -243,4 +253,35 @@ def test_an_on_set_callback_that_acts_is_told(tmp_path, monkeypatch, line, says)
         f"{text}  def check(self, params):\n    {line}\n    return SetParametersResult()\n"
     )
     said = sets_in_a_check("pid.py")
+    assert says in said and bool(says) == bool(said)
+
+
+CHAIN = """if word == 'add':
+    result = 1
+{0} word == 'subtract':
+    result = 2
+{1} word == 'divide':
+    result = 3
+else:
+    success = False
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "word", "says"),
+    [
+        (("if", "if"), "add", "line 3\n    if word == 'subtract':\nThis `if` begins a new chain, whose last"),
+        (("if", "if"), "add", "run for 'add' as well: write `elif`. So do the others below it."),
+        (("if", "if"), "subtract", "line 5\n    if word == 'divide':\n"),
+        (("elif", "if"), "subtract", "line 5\n    if word == 'divide':\n"),
+        (("if", "elif"), "add", "line 3\n    if word == 'subtract':\n"),
+        (("if", "if"), "divide", ""),
+        (("elif", "elif"), "add", ""),
+        (("if", "if"), "power", ""),
+    ],
+)
+def test_a_chain_of_ifs_is_told_for_the_words_that_its_else_runs_for(tmp_path, monkeypatch, words, word, says):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "server.py").write_text(CHAIN.format(*words))
+    said = broken_chain("server.py", word)
     assert says in said and bool(says) == bool(said)
