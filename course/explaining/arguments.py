@@ -69,6 +69,16 @@ def unknown_keyword(found: re.Match[str], source: str) -> str:
     return f"Did you mean `{near[0]}=`?" if near else ""
 
 
+def of_start(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an argument of `ros.start` that a class is given: `ros.start(Doubler(threads=2))`."""
+    for call in calls(line_tree(code), "start"):
+        made = call.args[0] if call.args else None
+        if ast.unparse(call.func) == "ros.start" and isinstance(made, ast.Call) and name_of(made.func) == found[1]:
+            passed = ", ".join(map(ast.unparse, [made.func, *made.args, *made.keywords]))
+            return f"`ros.start` takes the class, and makes the node itself: `ros.start({passed})`."
+    return ""
+
+
 def type_of(name: str) -> str:
     """Return the type of a service of which `name`, as `Calculate_Request`, is one half; '' for any other class."""
     whole, _, part = name.rpartition("_")

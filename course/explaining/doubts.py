@@ -135,6 +135,18 @@ def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:
     return None
 
 
+def endless_look(source: str) -> int:
+    """Return the line of a loop that looks for a server until one comes, and does nothing else; 0 without one."""
+    for loop in (node for node in ast.walk(parse(source)) if isinstance(node, ast.While)):
+        asked = [each for each in getattr(loop.test, "values", [loop.test]) if ast.unparse(each) != "rclpy.ok()"]
+        looks = asked[0].operand if len(asked) == 1 and isinstance(asked[0], ast.UnaryOp) else None
+        is_one = isinstance(looks, ast.Call) and name_of(looks.func) in ("wait_for_service", "wait_for_server")
+        joined = isinstance(loop.test, ast.BoolOp) and isinstance(loop.test.op, ast.Or)
+        if is_one and not joined and all(map(_changes_nothing, loop.body)):
+            return loop.lineno
+    return 0
+
+
 def _waits_for_no_cancel(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the loops that wait, once a goal's cancel is requested, until it is no longer requested."""
     for function in functions(tree):

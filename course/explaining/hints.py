@@ -20,6 +20,7 @@ from course.explaining.arguments import (
     lambda_arguments,
     logged,
     node_without_quotes,
+    of_start,
     order_of_arguments,
     self_behind_super,
     unknown_keyword,
@@ -492,6 +493,16 @@ def _method_in_a_sum(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+def _tuple_for_dict(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a tuple that a line reads as a dict: `distances['front']`."""
+    named = re.findall(r"(?<![\w.])(\w+)\[\s*['\"]", code)
+    if len({*named}) != 1:
+        return ""
+    given = any(named[0] in (one.arg for one in each.args.args) for each in around(code, source))
+    where = "its caller passes one" if given else "look where it gets its value"
+    return f"`{named[0]}` is a tuple here, and no dict: {where}. A dict has its keys in braces: `{{'front': ...}}`."
+
+
 def _hidden_property(found: re.Match[str], source: str) -> str:
     hidden = sorted(methods(source) & {name for name in dir(Node) if isinstance(getattr(Node, name), property)})
     return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
@@ -947,6 +958,8 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
     (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),
+    (r"^TypeError: (\w+)\.__init__\(\) got an unexpected keyword argument 'threads'", of_start),
+    (r"tuple indices must be integers or slices, not str", _tuple_for_dict),
     (r"rclpy_logging_rcutils_log\(\): incompatible function arguments", logged),
     (r"list indices must be integers or slices, not str", list_of_parameters),
     (r"^IndexError", _beam),

@@ -116,14 +116,26 @@ def _negative_ages(tree: ast.Module) -> Iterator[tuple[int, str]]:
                 stored.setdefault(ast.unparse(target), []).append(value)
         past = {name for name, values in stored.items() if name.startswith("self.") and _are_of_the_past(values)}
         for asked in (each for each in ast.walk(cls) if isinstance(each, ast.Compare)):
-            age, below = asked.left, isinstance(asked.ops[0], (ast.Lt, ast.LtE))
+            age, below = _made(asked.left, cls), isinstance(asked.ops[0], (ast.Lt, ast.LtE))
             if isinstance(age, ast.BinOp) and isinstance(age.op, ast.Sub) and below and len(asked.ops) == 1:
                 then, now = ast.unparse(age.left), ast.unparse(age.right)
                 if then in past and _is_now(age.right):
                     yield (
-                        asked.lineno,
+                        age.lineno,
                         f"`{then} - {now}` is below 0, since now is the later of the two: write `{now} - {then}`.",
                     )
+
+
+def _made(value: ast.expr, cls: ast.ClassDef) -> ast.expr:
+    """Return what a variable is set to, if the class sets one of that name once; the value itself otherwise."""
+    if not isinstance(value, ast.Name):
+        return value
+    stored = [node for node in ast.walk(cls) if isinstance(node, ast.Name) and node.id == value.id]
+    made = [
+        node for node in ast.walk(cls) if isinstance(node, ast.Assign) and value.id in map(ast.unparse, node.targets)
+    ]
+    once = sum(isinstance(node.ctx, ast.Store) for node in stored) == len(made) == 1
+    return made[0].value if once else value
 
 
 def _pairs(node: ast.Assign) -> Iterator[tuple[ast.expr, ast.expr]]:

@@ -129,6 +129,10 @@ OF_MATH = ("inf", "nan", "pi", "degrees", "radians", "isinf", "isnan", "sqrt", "
 
 def _is_text(name: str, code: str, tree: ast.Module) -> bool:
     """Return True if a line compares this name with what another line compares with a text, or gives it to a text."""
+    for call in calls(line_tree(code), "declare_parameter"):
+        named_so = str(getattr(argument(call, 0, "name"), "value", "")).endswith("name")  # `joint_name`
+        if named_so and isinstance(value := argument(call, 1, "value"), ast.Name) and value.id == name:
+            return True
     for node in ast.walk(line_tree(code)):
         if isinstance(node, ast.Compare) and name in map(name_of, node.comparators):
             left = ast.unparse(node.left)

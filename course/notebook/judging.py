@@ -20,7 +20,7 @@ from rclpy.publisher import Publisher
 from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
-from course.explaining.doubts import long_limit, short_result, short_wait
+from course.explaining.doubts import endless_look, long_limit, short_result, short_wait
 from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.explaining.hangs import NOT_SPUN, THREADS, beginning
 from course.explaining.interface_parts import type_name as field_type
@@ -88,6 +88,7 @@ ASKING = re.compile(r"^asking (.+)$", re.MULTILINE)  # what a program of `run` p
 PATIENT = 12.0  # s that a client is seen asleep without a server, of which it may wait 10
 THREAD = "dds."  # begins the names of the threads with which a program sees others, from its first node on
 LOOKS_FOR_A_SERVER = re.compile(r"wait_for|_is_ready|count_|get_(?:service|node|client)|matched|sleep|spin_once")
+LOOKS_ON = "Without a server, `{}` never ends: count the rounds, or wait once, with a limit, and give up then."
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
 
@@ -182,6 +183,10 @@ class Alone:
         at = process.doing()[-1:] if process and "timeout_sec" in process.source else ()
         if process and at and long_limit(process.source, at[0].line) and process.doing()[-1:] == at:
             self._end(process)
+            self.gives_up()
+        line = endless_look(process.source) if process else 0
+        if process and line and line in [each.line for each in process.doing()[-1:]]:
+            self._end(process, LOOKS_ON.format(process.source.splitlines()[line - 1].strip()))
             self.gives_up()
         why = process.endless_wait() if process else ""
         if process is None or not why or THREADS.search(process.source):

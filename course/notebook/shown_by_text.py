@@ -58,6 +58,7 @@ def late_newest(file: str) -> str:
     return ""
 
 
+MILLISECONDS = 100  # seconds, so many or more of which are meant as milliseconds
 OF_SECTORS = {25, 40, 80}  # degrees, the ends of the follower's sectors
 
 
@@ -82,7 +83,25 @@ def unconverted(file: str) -> str:
 
 def seen_wrongly(file: str, *, nothing: bool) -> str:
     """Return why a follower takes a scan for another one, or for `nothing`; '' if its text does not show that."""
-    return unconverted(file) or _of_the_sectors(file) or (_kept_nothing(file) if nothing else "")
+    return (
+        unconverted(file)
+        or _by_the_last_angle(file)
+        or _of_the_sectors(file)
+        or (_kept_nothing(file) if nothing else "")
+    )
+
+
+def _by_the_last_angle(file: str) -> str:
+    """Return lines on a program that takes the angles of a scan from its `angle_max`, without the increment."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    read = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr == "angle_max"]
+    if not read or "angle_increment" in ast.unparse(tree):
+        return ""
+    return (
+        f"\n{frame_at(file, read[0].lineno, source)}\nDo not rely on `angle_max`, which a scanner may leave at 0: the "
+        "angle of a beam is angle_min + index * angle_increment."
+    )
 
 
 RIGHT = {-80, -40}
@@ -171,6 +190,10 @@ def unseen_scans(file: str) -> str:
     """Return lines on a follower that keeps the time of a command and takes it for that of a scan; '' otherwise."""
     source = text_at(Path(file))
     tree = parse(source)
+    for call in calls(tree, "Duration"):
+        seconds = next((_number(each.value) for each in call.keywords if each.arg == "seconds"), 0.0)
+        if seconds >= MILLISECONDS:
+            return f"\n{frame_at(file, call.lineno, source)}\nThese are {seconds:g} s: half a second is 0.5."
     heard, timed = (
         [*named(tree, {name_of(argument(call, *CALLBACKS[maker])) for call in calls(tree, maker)})]
         for maker in ("create_subscription", "create_timer")

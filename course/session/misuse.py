@@ -129,7 +129,16 @@ def expect_words(file: str, args: Sequence[object]) -> None:
 
 
 def expect_of_a_class(cls: type, fields: Mapping[str, object], error: TypeError) -> None:
-    """Raise LiveError if `error` says that the class does not take one of the arguments with a name."""
+    """Raise LiveError if `error` says that the class does not take one of the arguments with a name, or needs more."""
+    missing = re.match(
+        rf"{re.escape(cls.__qualname__)}\.__init__\(\) missing \d+ required [\w-]+ arguments?: (.+)", str(error)
+    )
+    if missing:
+        names = re.findall(r"'(\w+)'", missing[1])
+        given = ", ".join(f"{each}=..." for each in names)
+        raise LiveError(
+            f"{cls.__name__} needs {' and '.join(names)}, which ros.start passes on: ros.start({cls.__name__}, {given})"
+        ) from None
     found = re.search(r"__init__\(\) got an unexpected keyword argument '(\w+)'", str(error))
     if found and found[1] in fields and found[1] not in inspect.signature(cls).parameters:
         if near := difflib.get_close_matches(found[1], OF_START, 1, ALIKE):

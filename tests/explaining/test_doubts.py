@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.explaining.doubts import doubts, long_limit, short_result, short_wait
+from course.explaining.doubts import doubts, endless_look, long_limit, short_result, short_wait
 
 LIFT = """
 class Lift(Node):
@@ -202,3 +202,19 @@ RESULT = """def run(self, floors):
 )
 def test_a_wait_for_a_result_that_is_too_short_is_found(before, given, found):
     assert short_result(RESULT.format(before, given)) == found
+
+
+@pytest.mark.parametrize(
+    ("test", "body", "line"),
+    [
+        ("not self.client.wait_for_service(1.0)", "print('waiting')", 2),
+        ("rclpy.ok() and not self.client.wait_for_server(timeout_sec=1.0)", "self.get_logger().info('waiting')", 2),
+        ("not self.client.wait_for_service(1.0)", "self.rounds += 1", 0),
+        ("not self.client.wait_for_service(1.0)", "return None", 0),
+        ("self.rounds < 5 and not self.client.wait_for_service(1.0)", "pass", 0),
+        ("not self.client.wait_for_service(1.0) or self.late", "pass", 0),
+        ("not self.done", "pass", 0),
+    ],
+)
+def test_a_loop_that_looks_for_a_server_without_end_is_found(test, body, line):
+    assert endless_look(f"def ask(self):\n    while {test}:\n        {body}\n") == line

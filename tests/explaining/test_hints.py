@@ -142,6 +142,26 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "",
             "Line 1 gives '/a' the type AddTwoInts, and line 2 the type Trigger.",
         ),
+        (
+            "TypeError: tuple indices must be integers or slices, not str",
+            CALLED,
+            "return seen['front']",
+            "`seen` is a tuple here, and no dict: its caller passes one. A dict has its keys in braces",
+        ),
+        (
+            "TypeError: Doubler.__init__() got an unexpected keyword argument 'threads'",
+            "ros.start(Doubler(1, threads=2))",
+            "ros.start(Doubler(1, threads=2))",
+            "takes the class, and makes the node itself: `ros.start(Doubler, 1, threads=2)`.",
+        ),
+        ("TypeError: Doubler.__init__() got an unexpected keyword argument 'threads'", "", "Doubler(threads=2)", ""),
+        (
+            "NameError: name 'elbow' is not defined",
+            "",
+            "self.declare_parameter('joint_name', elbow, ParameterDescriptor(read_only=True))",
+            "A text stands in quotation marks: `'elbow'`.",
+        ),
+        ("NameError: name 'elbow' is not defined", "", "self.declare_parameter('kp', elbow)", ""),
         ("KeyError: 'front'", CALLED, "return seen['front']", "It is what the caller of `decide` passes: compare its"),
         (
             "ModuleNotFoundError: No module named 'my_package'",

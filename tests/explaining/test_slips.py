@@ -288,6 +288,8 @@ AGES = """class Follower(Node):
             "`self.came - self.get_clock().now()` is below 0, since now",
         ),
         ("new = self.get_clock().now() - self.came <= FRESH", ""),
+        ("age = self.get_clock().now() - self.came\n        new = age <= FRESH", ""),
+        ("age = self.came - self.get_clock().now()\n        age = -age\n        new = age <= FRESH", ""),
         ("new = self.deadline - self.get_clock().now() <= FRESH", ""),
         ("self.came += 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
         ("self.came = 1\n        new = self.came - self.get_clock().now() <= FRESH", ""),
@@ -601,3 +603,10 @@ def test_a_value_that_is_lost_or_can_be_no_other_is_told(part, line, says):
     cell = MANY.format(**{"callback": "pass", "check": "pass", "state": "pass", "ask": "pass", part: line})
     found = slips(cell)
     assert len(found) == bool(says) and says in "".join(found), found
+
+
+@pytest.mark.parametrize(("age", "told"), [("self.came - self.get_clock().now()", 1), ("self.due - time.time()", 0)])
+def test_an_age_with_its_times_swapped_is_told_where_it_is_kept_in_a_variable(age, told):
+    cell = AGES.format(line="pass").replace("        pass\n", f"        age = {age}\n        return age <= FRESH\n", 1)
+    found = slips(cell)
+    assert len(found) == told and all(each.startswith("note: line 7: ") for each in found), found

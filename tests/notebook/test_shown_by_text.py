@@ -128,6 +128,11 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
         ("calculator", "calculator_client.py", {"if not response.success:": "if not response:"},
          lambda file: never_reads(file, "success"), "Nothing in calculator_client.py reads `success` of the response"),
         ("calculator", "calculator_client.py", {}, lambda file: never_reads(file, "success"), ""),
+        ("ai_integration", "wall_follower.py", {"Duration(seconds=0.5)": "Duration(seconds=500)"}, unseen_scans,
+         "\nThese are 500 s: half a second is 0.5."),
+        ("ai_integration", "wall_follower.py", {"scan.angle_min + scan.angle_increment * np.arange(len(ranges))":
+         "np.linspace(scan.angle_min, scan.angle_max, len(ranges))"}, sees_nothing,
+         "Do not rely on `angle_max`, which a scanner may leave at 0"),
         ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (-40, -80)"}, sees_nothing,
          "\nNo angle is above -40 and below -80: the smaller one comes first."),
         ("ai_integration", "wall_follower.py", {"'right': (-80, -40)": "'right': (40, 80)"}, sees_nothing,

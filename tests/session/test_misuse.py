@@ -143,6 +143,8 @@ def test_an_argument_that_a_class_does_not_take_may_be_a_parameter(session):
             session.start(cls, max_speed=2.0)
     with pytest.raises(TypeError, match="unexpected keyword argument 'max_speed'"):
         session.start(Taken, max_speed=2.0)
+    with pytest.raises(LiveError, match=r"Taken needs max_speed, .*: ros\.start\(Taken, max_speed=\.\.\.\)"):
+        session.start(Taken)
 
 
 def test_a_file_without_its_ending_is_named_with_it(session, tmp_path):
