@@ -158,6 +158,14 @@ def test_the_node_of_a_service_may_be_known_later_than_the_service(folder, sessi
     assert judging.node_of("/asked", process) == "/asked" and len(looks) > 4
 
 
+def test_of_a_program_that_makes_two_nodes_the_first_that_is_known_may_not_be_the_one(folder, session):
+    (folder / "server.py").write_text(SERVER.replace("node =", "first = rclpy.create_node('first')\nnode ="))
+    process = judging.judge("server.py", names=("/asked",))
+    session.wait_for_service("/asked", Trigger)
+    process.nodes[:] = ["/first"]
+    assert judging.node_of("/asked", process) == "/asked"
+
+
 def test_a_full_disk_leaves_the_file_as_it_was(folder, monkeypatch):
     exercise("agent.py --no-start", "first = 1\n")
 
