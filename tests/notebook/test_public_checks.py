@@ -475,7 +475,7 @@ def taken_over(gain: str) -> tuple[tuple[str, str], ...]:
                     "self.ki, self.integral, self.last_time = param.value, 0.0, None",
                 ),
             ),
-            "the next message is the error times the step, the time since the message before: with ki = 6, an ",
+            "the next message is the error times the step, the time since the message before: with ki = 4, an ",
         ),
         (
             (
@@ -1013,7 +1013,7 @@ SENTENCES = [
         "pid_node.py",
         "self.integral += error * step",
         "self.integral = max(-10.0, min(10.0, self.integral + error * step))",
-        "the effort must be 200 or more; it was 10",
+        "it must be 300 or more after that; it was 10",
     ),
     each_night(
         "parameters",
