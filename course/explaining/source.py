@@ -390,10 +390,16 @@ def node_classes(tree: ast.AST) -> list[ast.ClassDef]:
     return [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
 
 
+AGAIN = (ast.For, ast.While, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+
+
 def makes_one_node(source: str) -> bool:
-    """Return True if a program's text makes a single node: one class of it, or one call of `Node` or `create_node`."""
+    """Return True if a program's text makes a single node: by one class of it or one call, outside of a loop."""
     tree = parse(source)
-    return len([*node_classes(tree), *calls(tree, "Node"), *calls(tree, "create_node")]) == 1
+    classes = node_classes(tree)
+    made = [call for name in ("Node", "create_node", *(each.name for each in classes)) for call in calls(tree, name)]
+    several = (node for node in ast.walk(tree) if isinstance(node, AGAIN))
+    return len(classes) <= 1 == len(made) and not any(made[0] in ast.walk(each) for each in several)
 
 
 def without_self(source: str) -> set[str]:
