@@ -5,6 +5,7 @@ import secrets
 import shutil
 import signal
 import sys
+from collections.abc import Collection
 from concurrent.futures import ThreadPoolExecutor
 
 import psutil
@@ -128,13 +129,15 @@ SHARED = {
     "classroom": ("tests/classroom/",),
     "mistakes": ("tests/mistakes/",),
 }
-# Then the files that wait rather than work: at the end they would leave the processor idle.
+# What mostly waits for a program: its files come between those that work, so that the processor is never idle.
 WAITING = (
-    "tests/session/test_doing.py",
-    "tests/notebook/test_terminal.py",
-    "tests/grading/test_batch.py",
-    "tests/lab/test_inspector.py",
     "notebooks/",
+    "tests/session/",
+    "tests/notebook/",
+    "tests/lab/",
+    "tests/ros2/",
+    "tests/nodes/",
+    "tests/world/",
 )
 
 
@@ -171,13 +174,23 @@ def pytest_collection_modifyitems(items):
             item.add_marker(pytest.mark.long(QUEUE))
         if long := item.get_closest_marker("long"):
             assert long.args, f"{item.nodeid}: the marker long needs a reason"
-    first = [*SHARED, *WAITING]
+    turn = turns(dict.fromkeys(group(item.nodeid) for item in items))
+    items.sort(key=lambda item: turn[group(item.nodeid)])
 
-    def turn(item) -> int:
-        name = group(item.nodeid)
-        return next((number for number, place in enumerate(first) if name.startswith(place)), len(first))
 
-    items.sort(key=turn)
+def turns(names: Collection[str]) -> dict[str, float]:
+    """Return when each group of tests begins: from 0 to 1 what is shared, and from 1 to 2 the other files, mixed."""
+
+    def rank(name: str) -> int:
+        return next((number for number, place in enumerate(WAITING) if name.startswith(place)), len(WAITING))
+
+    shared = [name for name in SHARED if name in names]
+    files = sorted((name for name in names if name not in SHARED), key=rank)
+    waiting = [name for name in files if rank(name) < len(WAITING)]
+    turn = {name: number / len(shared) for number, name in enumerate(shared)}
+    for part in (waiting, files[len(waiting) :]):
+        turn |= {name: 1 + number / len(part) for number, name in enumerate(part)}
+    return turn
 
 
 def pytest_xdist_make_scheduler(config, log):

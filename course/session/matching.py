@@ -119,7 +119,8 @@ def misspelt_topics(node: Node) -> list[str]:
     found = []
     for topic in topics:
         heard = [] if topic in published else node.get_subscriptions_info_by_topic(topic)
-        hearers = {(each.node_name, each.node_namespace) for each in heard}  # a node does not mean its own topic
+        hearers = {(each.node_name, each.node_namespace) for each in heard}  # a node does not mean its own topic,
+        hearers -= {(node.get_name(), node.get_namespace())}  # but a cell may mean another cell's, by the same node
         others = [name for name, who in published.items()
                   if not hearers.issuperset((each.node_name, each.node_namespace) for each in who)]  # fmt: skip
         near = difflib.get_close_matches(topic, others, 1, ALIKE) if heard else []

@@ -203,10 +203,18 @@ def test_the_line_of_one_end_is_told_only_if_no_other_cell_could_have_made_it(se
 
 
 def test_a_wait_in_vain_tells_once_of_a_topic_of_nearly_the_name_of_a_published_one(session):
-    for topic in ("chater", "robot_2/chatter", "robot_1/chatter", "said"):
+    class Own(Node):
+        """It publishes what it subscribes to nearly, and does not mean it."""
+
+        def __init__(self):
+            super().__init__("own")
+            self.create_subscription(String, "said", print, 10)
+            self.create_publisher(String, "saids", 10)
+
+    for topic in ("chater", "robot_2/chatter", "robot_1/chatter"):
         session.node.create_subscription(String, topic, print, 10)
-    for topic in ("robot_1/chatter", "saids"):  # its own, which it does not mean
-        session.node.create_publisher(String, topic, 10)
+    session.node.create_publisher(String, "robot_1/chatter", 10)
+    session.start(Own)
     session.start(Talker)
     assert session.until(lambda: session.node.count_publishers("/chatter"))
     for _ in range(2):
