@@ -110,9 +110,9 @@ def short_result(source: str) -> tuple[int, float] | None:
             above = [node for node in made if node.lineno < call.lineno]
             before = [node.value for node in above if ast.unparse(future or call) in map(ast.unparse, node.targets)]
             waited = before[-1] if before else future
-            seconds = limit.value if isinstance(limit, ast.Constant) else None
+            seconds = written_number(limit)
             of_result = isinstance(waited, ast.Call) and name_of(waited.func) == "get_result_async"
-            if of_result and isinstance(seconds, (int, float)) and seconds < LONG_GOAL:
+            if of_result and seconds is not None and seconds < LONG_GOAL:
                 return call.lineno, seconds
     return None
 

@@ -4,13 +4,13 @@ import ast
 import re
 
 from course.explaining.endings import around
-from course.explaining.source import named, parameter_callbacks, parse, wrong_result
+from course.explaining.source import last_parameter, named, parameter_callbacks, parse, wrong_result
 
 
 def list_of_parameters(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `parameters['low']` in a parameter callback, which is given a list."""
     for function in around(code, source, parameter_callbacks(parse(source))):
-        given = function.args.args[-1].arg if function.args.args else ""
+        given = last_parameter(function)
         if re.search(rf"(?<![\w.]){given}\[\s*['\"]", code):
             return (
                 f"`{given}` is a list of Parameters, each with `.name` and `.value`. A dict of them is "
@@ -25,7 +25,7 @@ def parameter_kept(source: str) -> str:
         return ""  # another one may be meant
     tree = parse(source)
     for function in named(tree, parameter_callbacks(tree)):
-        given = function.args.args[-1].arg if function.args.args else ""
+        given = last_parameter(function)
         for loop in (node for node in ast.walk(function) if isinstance(node, ast.For)):
             if ast.unparse(loop.iter) != given or not isinstance(loop.target, ast.Name):
                 continue

@@ -16,6 +16,7 @@ from course.explaining.source import (
     calls,
     functions,
     functions_of,
+    last_parameter,
     name_of,
     named,
     parameter_callbacks,
@@ -358,7 +359,7 @@ def _declared(tree: ast.AST) -> Iterator[str]:
 def _names_in_a_list(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield names that a parameter callback looks for in its list of Parameters: `if 'output_min' in params`."""
     for function in named(tree, parameter_callbacks(tree)):
-        given = function.args.args[-1].arg if function.args.args else ""
+        given = last_parameter(function)
         nodes = [*ast.walk(function)]
         if any(isinstance(node, ast.Name) and node.id == given and isinstance(node.ctx, ast.Store) for node in nodes):
             continue

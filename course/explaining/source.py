@@ -141,6 +141,11 @@ def written_number(node: ast.expr | None) -> float | None:
         return None
 
 
+def last_parameter(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
+    """Return the name of a function's last parameter, as of the response of a service callback; '' without any."""
+    return function.args.args[-1].arg if function.args.args else ""
+
+
 def made_at(source: str, maker: str, name: str) -> int:
     """Return the line of a call of `maker`, such as `create_publisher`, with the name `name`; 0 if there is none."""
     for call in calls(parse(source), maker):
@@ -526,7 +531,7 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
         returned = [node.value for node in inside(function) if isinstance(node, ast.Return) and node.value]
         if not returned:
             return function.name, function.lineno, ""
-        response = function.args.args[-1].arg if function.args.args else ""
+        response = last_parameter(function)
         bare = [node.lineno for node in inside(function) if isinstance(node, ast.Return) and node.value is None]
         if bare or runs_out(function.body):
             return function.name, (bare or [function.lineno])[0], ""

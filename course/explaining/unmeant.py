@@ -3,7 +3,17 @@
 import ast
 from collections.abc import Iterator
 
-from course.explaining.source import CALLBACKS, argument, calls, functions, inside, name_of, named, service_callbacks
+from course.explaining.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    functions,
+    inside,
+    last_parameter,
+    name_of,
+    named,
+    service_callbacks,
+)
 
 MILLISECONDS = 1e6  # nanoseconds in one
 NOW = {"now", "monotonic", "time", "perf_counter"}
@@ -42,7 +52,7 @@ def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def _answers_later(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield calls by which a service callback has its response filled in by a task or a thread, and returns before."""
     for function in named(tree, service_callbacks(tree)):
-        response = function.args.args[-1].arg if function.args.args else ""
+        response = last_parameter(function)
         nodes = [*inside(function)]
         called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
         if called & WAITS or any(isinstance(node, (ast.Await, ast.Nonlocal)) for node in nodes):

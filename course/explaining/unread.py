@@ -5,7 +5,16 @@ import difflib
 from collections.abc import Collection, Iterator
 
 from course.explaining.interface_fields import fields_of
-from course.explaining.source import argument, calls, functions_of, inside, name_of, named, service_callbacks
+from course.explaining.source import (
+    argument,
+    calls,
+    functions_of,
+    inside,
+    last_parameter,
+    name_of,
+    named,
+    service_callbacks,
+)
 
 LIKE = 0.85  # least similarity of two attributes' names that should be the same
 LIKE_NONE = 0.7  # the same, if the one that is read is set to None and to nothing else
@@ -39,7 +48,7 @@ def _answers(tree: ast.AST, read: Collection[str] | None) -> Iterator[tuple[ast.
     for call in calls(tree, "create_service"):
         known = fields_of(tree, argument(call, 0, "srv_type"), "Response")
         for function in named(tree, {name_of(argument(call, 2, "callback"))}):
-            response = function.args.args[-1].arg if function.args.args else ""
+            response = last_parameter(function)
             always = _fields_set(function.body, response)
             fields = {*known}.union(*(_fields_set(body, response) for body in _bodies(function)))
             for body in _bodies(function):

@@ -13,7 +13,7 @@ from typing import Any
 from course.explaining.interface_fields import fields_of
 from course.explaining.mixups import line_tree
 from course.explaining.overwritten import called
-from course.explaining.source import CALLBACKS, argument, calls, covers, name_of, named, parse
+from course.explaining.source import CALLBACKS, argument, calls, covers, last_parameter, name_of, named, parse
 
 Hint = Callable[[re.Match[str], str, str], str]
 PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
@@ -44,7 +44,7 @@ def _of_the_handle(found: re.Match[str], source: str, code: str) -> str:
     tree = parse(source)
     callbacks = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
     for function in named(tree, callbacks - {""}):
-        given = function.args.args[-1].arg if function.args.args else ""
+        given = last_parameter(function)
         if found[2] in OF_A_HANDLE and f"self.{found[2]}" in code and given not in ("", "self"):
             return f"`{found[2]}` belongs to the handle of the goal, not to the node: `{given}.{found[2]}`."
     return ""

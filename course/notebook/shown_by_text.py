@@ -14,6 +14,7 @@ from course.explaining.source import (
     covers,
     functions,
     inside,
+    last_parameter,
     name_of,
     named,
     parameter_callbacks,
@@ -45,7 +46,7 @@ def late_newest(file: str) -> str:
     tree = parse(source)
     executes = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
     for function in named(tree, executes):
-        given = function.args.args[-1].arg if function.args.args else ""
+        given = last_parameter(function)
         stored = [node for node in ast.walk(tree) if isinstance(node, ast.Assign) and name_of(node.value) == given]
         blocks = [node for node in ast.walk(function) if isinstance(node, ast.With)]
         held = [node for node in stored if any(node in ast.walk(each) for each in blocks)]
@@ -260,7 +261,7 @@ def built_early(file: str, service: str) -> str:
     source = text_at(Path(file))
     tree = parse(source)
     for function in named(tree, service_callbacks(tree, service)):
-        response = function.args.args[-1].arg if function.args.args else ""
+        response = last_parameter(function)
         for block in (function, *inside(function)):
             body = getattr(block, "body", None)
             for number, statement in enumerate(body if isinstance(body, list) else []):
