@@ -155,7 +155,7 @@ class Calls:
         self, client: Client, future: Future, raised: Mapping[LiveNode, int], deadline: float, timeout: float
     ) -> Any:
         service, servers = client.service_name, self._programs(client.service_name)
-        asked = [each for each in list(self._handles.values()) if service in each.services]
+        asked = self._that_serve(service)
         hanging = self.hanging(service, deadline - time.monotonic())
         # What cannot be read is dropped; one that awaits may be at rest, too, and answer later.
         old = bool(self._old_definition(service)) and not any("await" in each.source for each in servers)
@@ -181,7 +181,7 @@ class Calls:
         client.remove_pending_request(future)
         if asked and not any(each in asked for each in list(self._handles.values())):
             raise CallTimeout(f"{service} did not answer: its server was stopped meanwhile. Call again once it runs.")
-        serving = [each for each in list(self._handles.values()) if service in each.services]
+        serving = self._that_serve(service)
         dead = bool(serving) and not any(each.alive for each in serving)
         self._look_at(service, again=dead or bool(raising()))
         raise self._unanswered(service, f"did not answer within {timeout:g} s", self._doing(service))
@@ -216,6 +216,10 @@ class Calls:
             return ""
         self.watch.forget(NOT_SPUN)  # the start has reported the same
         return NOT_SPUN
+
+    def _that_serve(self, service: str) -> list[Handle]:
+        """Return what the session has started that serves `service`, or did before it ended, and was not stopped."""
+        return [each for each in list(self._handles.values()) if service in each.services]
 
     def _programs(self, name: str) -> list[NodeProcess]:
         """Return the running programs that serve the service or action `name`."""
