@@ -387,14 +387,21 @@ def test_a_wrong_roster_is_one_line(tmp_path, text, says):
     assert says in str(caught.value)
 
 
-def test_a_name_that_two_students_have_is_placed_with_neither(tmp_path):
+@pytest.mark.parametrize(
+    ("students", "shown"),
+    [
+        ({"jane1": "Jane Doe", "jane2": "Jane Doe"}, "janedoe"),
+        ({"ada": "Ada Lovelace", "eve": "ada"}, "ada"),  # without the platform's numbers, it may be either of them
+    ],
+)
+def test_a_name_on_a_platform_that_two_students_have_is_placed_with_neither(tmp_path, students, shown):
     roster = Roster()
-    roster.add("jane1", ["Jane Doe"])
-    roster.add("jane2", ["Jane Doe"])
-    bulk = archive(tmp_path / "bulk.zip", {"janedoe_5_6_relay.py": b"x"})
+    for student, name in students.items():
+        roster.add(student, [name])
+    bulk = archive(tmp_path / "bulk.zip", {f"{shown}_5_6_relay.py": b"x"})
     result = collect([bulk], tmp_path / "out", roster)
-    assert result.laid_out == []
-    assert "'janedoe' is jane1 and jane2 in the roster" in result.unplaced[0]
+    assert (result.laid_out, len(result.unplaced)) == ([], 1)
+    assert f"'{shown}' is {' and '.join(students)} in the roster" in result.unplaced[0]
 
 
 @pytest.mark.parametrize(
@@ -414,17 +421,6 @@ def test_the_name_of_a_folder_comes_before_what_others_are_called(tmp_path, othe
     result = collect([made_out_to(tmp_path / "in", signed, EARLY)], tmp_path / "out", roster)
     assert [each.student for each in result.laid_out] == [whose] * bool(whose)
     assert len(result.unplaced) == (not whose)
-
-
-def test_the_name_of_a_folder_that_somebody_has_on_a_platform_is_not_that_students(tmp_path):
-    """Without the platform's numbers in the roster, it may be either of them."""
-    roster = Roster()
-    roster.add("ada", ["Ada Lovelace"])
-    roster.add("eve", ["ada"])
-    bulk = archive(tmp_path / "bulk.zip", {"ada_5_6_relay.py": b"x"})
-    result = collect([bulk], tmp_path / "out", roster)
-    assert (result.laid_out, len(result.unplaced)) == ([], 1)
-    assert "'ada' is ada and eve in the roster" in result.unplaced[0]
 
 
 def bomb() -> bytes:
