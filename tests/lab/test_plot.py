@@ -62,13 +62,14 @@ def test_commands_are_offered_before_somebody_drives_and_drawn_while_one_drives_
 
 @pytest.mark.parametrize(("field", "value"), [("effort[0]", 1.5), ("effort[1]", None), ("effort[7]", None)])
 def test_each_value_of_a_field_comes_with_its_time(kernel, page, field, value):
-    kernel.run(f"{NODE}\nros.start(Wheels)\nimport time\nbegan = time.time()")
+    """It is the time of the plot's clock: after a world's end this goes on from where the world was."""
+    kernel.run(f"{NODE}\nros.start(Wheels)\nfrom course.lab.kernel.plot_clock import CLOCK\nbegan = CLOCK.now()")
     page.subscribe("plot", name="/joint_states", field=field)
     points = points_of(page, 5)
     assert {told for _, told in points} == {value}
     times = [at for at, _ in points]
     assert times == sorted(times)
-    assert kernel.run(f"print(began <= {times[-1]} <= time.time())") == "True"
+    assert kernel.run(f"print(began <= {times[-1]} <= CLOCK.now())") == "True"
 
 
 def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel, page):
