@@ -1,5 +1,6 @@
 """For every test: the course comes first, because it prepares the environment that message classes read."""
 
+import gc
 import os
 import secrets
 import shutil
@@ -191,6 +192,16 @@ def turns(names: Collection[str]) -> dict[str, float]:
     for part in (waiting, files[len(waiting) :]):
         turn |= {name: 1 + number / len(part) for number, name in enumerate(part)}
     return turn
+
+
+def pytest_collection_finish():
+    """Spare the tests what costs a second each time: alembic for a new gradebook, and a look for garbage among them."""
+    if "nbgrader" in sys.modules:
+        from autograder.gradebook import database
+
+        database.read_version_in_process()
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_xdist_make_scheduler(config, log):

@@ -4,6 +4,7 @@ import math
 from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,7 +84,7 @@ def compare(
     `handed_in` has the texts of each student, by file; code in the texts `known` to all is not compared.  Texts of
     `earlier` courses are compared with these, but not with each other.
     """
-    boilerplate = {gram for text in known for gram in grams(tokens(text))}
+    boilerplate = {gram for text in known for gram in _known(text)}
     too_long: dict[str, list[str]] = {}  # files, by student
 
     def read(student: str, texts: dict[str, str]) -> Program:
@@ -131,6 +132,12 @@ def compare(
     doubtful = [f"{one.student} ({', '.join(one.doubtful)})" for one in new if one.doubtful]
     rising = sorted(map(float, scores[above]))
     return Finding(assignment, len(programs), pairs, rising, left_out, long, groups, hidden, doubtful)
+
+
+@cache
+def _known(text: str) -> frozenset[int]:
+    """The grams of a text that everybody was given, which is the same for each comparison of an exercise."""
+    return frozenset(grams(tokens(text)))
 
 
 def _groups(

@@ -21,6 +21,7 @@ from course.recorders import Recorder
 WIDTH = 5.0  # inches: on a telephone, which is 360 pixels wide, a text of 10 points is 10 pixels high
 DPI = 120  # pixels of a page for each inch, where it is wide enough
 redrawing: list[bool] = []  # not empty while a live figure is drawn: what is recorded may follow
+SHARE = 4  # times as long as a drawing takes, from its begin to the next one: the nodes' callbacks need the rest
 SHARP = 2  # pixels of a still figure for each of the page's, which screens and paper show
 
 
@@ -62,7 +63,8 @@ class Picture:
 class Live:
     """A figure that is redrawn in its place; after the `with` block it stays as a still picture.
 
-    The main thread draws it, in `wait`, at most `rate` times a second; the nodes' callbacks only collect data.
+    The main thread draws it, in `wait`, at most `rate` times a second and a quarter of the time; the nodes' callbacks
+    only collect data.
     """
 
     def __init__(self, draw: Callable[[], Picture | Figure], recorder: Recorder, rate: float = 8.0) -> None:
@@ -70,7 +72,7 @@ class Live:
         self._shown: DisplayHandle | None = None
         self._begun = False
         self._rows = 0  # already drawn
-        self._drawn = -math.inf  # s, time of the last drawing
+        self._next = -math.inf  # s, when it may be drawn again
 
     def __enter__(self) -> Self:
         self._begun, self._shown = True, display(self._draw(), display_id=True)
@@ -93,7 +95,7 @@ class Live:
         def done() -> bool:
             if holds := condition():
                 return holds
-            if len(self._recorder) > self._rows and time.monotonic() >= self._drawn + self._pause:
+            if len(self._recorder) > self._rows and time.monotonic() >= self._next:
                 self._update()
             return False
 
@@ -104,13 +106,13 @@ class Live:
         return False
 
     def _update(self, sharpness: int = 1) -> None:
-        self._rows = len(self._recorder)
+        begin, self._rows = time.monotonic(), len(self._recorder)
         if self._shown is not None:  # None outside IPython
             picture = self._draw()
             if isinstance(picture, Picture):
                 picture.sharpness = sharpness
             self._shown.update(picture)
-        self._drawn = time.monotonic()
+        self._next = begin + max(self._pause, SHARE * (time.monotonic() - begin))
 
     def __exit__(self, kind: object, error: object, traceback: object) -> None:
         try:

@@ -146,6 +146,7 @@ def test_what_cannot_be_handed_in_is_told_in_a_sentence(lab, page):
     expect(dialog).not_to_contain_text("Traceback")
 
 
+@pytest.mark.matrix  # the test above has the button where there is an exercise
 def test_a_notebook_without_an_exercise_has_no_button(lab, page):
     """Nor has one without cells of nbgrader's "Validate", which nbgrader would show everywhere."""
     _, _, served = lab

@@ -222,6 +222,7 @@ def check_a_graph_of_many_boxes(page) -> None:
     expect(page.get_by_role("region", name="Nodes", exact=True)).to_be_visible()
 
 
+@pytest.mark.matrix  # the first test has the graph, and test_ways.py opens, enters and leaves it by keys
 def test_the_graph_is_walked_and_opened_by_keys_and_by_clicks(lab, page):
     begin(page, lab, "walked")
     graph = show_panel(page, "Graph")

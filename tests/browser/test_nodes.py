@@ -374,6 +374,7 @@ def test_ten_thousand_lines_a_second_leave_the_page_responsive_and_are_counted(l
     expect(panel.get_by_role("button", name="/flood stopped")).to_be_visible()
 
 
+@pytest.mark.matrix  # each other test has one notebook, and a panel that follows it
 def test_the_panel_shows_the_notebook_that_one_looks_at(lab, page):
     panel = begin(page, lab, "first")
     write_greeter(lab[2] / "second", answer=SERVER.replace("'greeter'", "'second_greeter'"))

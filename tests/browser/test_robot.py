@@ -35,7 +35,7 @@ FAST = """from course import figures
 from course.world.node import World
 world = ros.start(World, parameters={'room': 'pillars', 'fast': True})
 ros.start(AIRobotController, parameters={'use_sim_time': True})
-print(world.node.drive(600.0, wall_limit=5.0).room)
+print(world.node.drive(600.0, wall_limit=1.0).room)
 figures.drive(world.node.simulation)"""
 
 COMMANDS = """from geometry_msgs.msg import Twist

@@ -29,6 +29,7 @@ LINES = """each => {
 }"""
 
 
+@pytest.mark.matrix  # tests/browser/test_handing_in.py works in a terminal below a notebook
 def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leaves_it(lab, page):
     address, token, served = lab
     asked: list[str] = []

@@ -426,7 +426,7 @@ def test_the_name_of_a_folder_comes_before_what_others_are_called(tmp_path, othe
 def bomb() -> bytes:
     """A small archive of a file of 100 MB."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as writer:
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as writer:
         writer.writestr("relay.py", bytes(100_000_000))
     return buffer.getvalue()
 

@@ -32,7 +32,7 @@ TABLE, LOCAL, END = b"PK\x01\x02", b"PK\x03\x04", b"PK\x05\x06"  # how the parts
 def zipped(files, method=zipfile.ZIP_DEFLATED) -> bytes:
     """An archive of files, given as pairs of a name, or of zipfile's record of one, and a content."""
     buffer = io.BytesIO()
-    with zipfile.ZipFile(buffer, "w", method) as writer:
+    with zipfile.ZipFile(buffer, "w", method, compresslevel=1) as writer:
         for name, content in files:
             writer.writestr(name, content)
     return buffer.getvalue()

@@ -279,7 +279,7 @@ def test_ci_runs_readmes_test_command():
     assert "environment/start" in (ROOT / "README.md").read_text()
 
 
-def test_the_test_command_begins_with_the_guards_unless_tests_are_named(tmp_path):
+def test_the_test_command_runs_the_guards_beside_the_tests_unless_tests_are_named(tmp_path):
     """Of a copy of the script, with stand-ins for what it calls."""
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / "environment").mkdir()
@@ -289,12 +289,22 @@ def test_the_test_command_begins_with_the_guards_unless_tests_are_named(tmp_path
         (tmp_path / name).chmod(0o755)
 
     def called(*arguments):
-        return run(tmp_path / "environment/test", *arguments).stdout.splitlines()
+        done = run(tmp_path / "environment/test", *arguments)
+        assert done.returncode == 0, done.stderr
+        first, *rest = done.stdout.splitlines()
+        assert first == "environment/install developer"
+        return {*rest}
 
-    installs, python = "environment/install developer", ".venv/bin/python -m pytest"
-    assert called() == [installs, "environment/check", f"{python} -n 4"]
-    assert called("--all") == [installs, "environment/check", f"{python} -n 4 -m "]
-    assert called("tests/course", "-k", "a b") == [installs, f"{python} tests/course -k a b"]
+    python = ".venv/bin/python -m pytest"
+    assert called() == {"environment/check", f"{python} -n 4"}
+    assert called("--all") == {"environment/check", f"{python} -n 4 -m "}
+    assert called("tests/course", "-k", "a b") == {f"{python} tests/course -k a b"}
+    for failing, status in (("environment/check", 1), (".venv/bin/python", 3)):
+        fine = (tmp_path / failing).read_text()
+        (tmp_path / failing).write_text(f"#!/bin/sh\nexit {status}\n")
+        done = run(tmp_path / "environment/test")
+        assert done.returncode == status and ("found something" in done.stderr) == (failing == "environment/check")
+        (tmp_path / failing).write_text(fine)
 
 
 def guards() -> list[str]:

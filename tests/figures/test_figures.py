@@ -4,7 +4,9 @@ import itertools
 import math
 import re
 import threading
+import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import matplotlib.colors
 import matplotlib.style
@@ -23,6 +25,7 @@ from sensor_msgs.msg import LaserScan
 
 from course import figures
 from course.figures import palette
+from course.figures.picture import SHARE
 from course.figures.room import DISC, LOOKS, MOTIONS
 from course.foundation import waiting
 from course.recorders import ParameterRecorder, Recorder
@@ -583,6 +586,20 @@ def test_a_live_figure_is_redrawn_no_more_often_than_its_rate():
     with figures.live(draw, record, rate=2.0) as shown:
         assert not shown.wait(lambda: bool(record.add(event="feedback", sequence=[0])), timeout=0.6)
     assert len(record) > len(drawn) and len(drawn) <= 5  # at the start, twice or so a second, at the end
+
+
+def test_a_live_figure_that_is_slow_to_draw_leaves_the_rest_of_the_time_to_the_nodes():
+    record, began, takes = goal("goal"), [], 0.03  # s
+    shown = figures.live(figures.feedback, record, rate=100.0)
+
+    def slow(picture):
+        began.append(time.monotonic())
+        time.sleep(takes)
+
+    with shown:
+        shown._shown = SimpleNamespace(update=slow)
+        assert shown.wait(lambda: record.add(event="feedback", sequence=[0]) or len(began) == 4, timeout=30.0)
+    assert all(later - before >= SHARE * takes for before, later in itertools.pairwise(began[:4]))
 
 
 def test_a_live_figure_gives_up_in_time_and_says_so(monkeypatch):

@@ -122,6 +122,7 @@ def test_the_build_is_this_environments_and_all_that_runs_is_installed(workspace
     assert (workspace / "install/calculator/share/ament_index/resource_index/packages/calculator").exists()
 
 
+@pytest.mark.matrix  # the other tests build with the course's own options
 def test_the_readers_own_cmake_options_do_not_replace_the_courses(workspace, shell):
     done = colcon(workspace, shell, "--packages-select", "calculator_interfaces", "--cmake-args", "-DCMAKE_CXX_FLAGS=")
     assert done.returncode == 0, done.stdout + done.stderr
