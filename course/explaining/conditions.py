@@ -3,7 +3,7 @@
 import ast
 from collections.abc import Iterator
 
-from course.explaining.source import name_of
+from course.explaining.source import name_of, the_method_itself
 
 OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
 
@@ -30,7 +30,7 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
             of_rclpy = isinstance(asked, ast.Attribute) and asked.attr in OF_RCLPY - own
             of_a_future = isinstance(asked, ast.Attribute) and asked.attr == "done" and ast.unparse(asked.value) in sent
             if text == "rclpy.ok" or of_rclpy or of_a_future:
-                yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
+                yield asked.lineno, the_method_itself(text, ", which is always true")
         if isinstance(node, (ast.If, ast.While, ast.IfExp)):
             yield from _texts_alone(node.test)
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
@@ -49,7 +49,7 @@ def _never_equal(node: ast.Compare, own: set[str], *, of_goals: bool) -> Iterato
         if not isinstance(one, ast.Attribute) or not isinstance(word, str) or one.attr in own:
             continue
         if one.attr in TEXT_METHODS:
-            yield node.lineno, f"`{text}` is the method itself, which is equal to no text. Call it: `{text}()`."
+            yield node.lineno, the_method_itself(text, ", which is equal to no text")
         if (
             of_goals
             and one.attr == "status"

@@ -10,7 +10,18 @@ from course.explaining.interface_fields import fields_of
 from course.explaining.missing_names import MOST
 from course.explaining.mixups import assigned, line_tree, returned
 from course.explaining.nothing import returned_nothing
-from course.explaining.source import CALLBACKS, Function, argument, calls, functions, name_of, named, parse, undecorated
+from course.explaining.source import (
+    CALLBACKS,
+    Function,
+    argument,
+    calls,
+    functions,
+    name_of,
+    named,
+    parse,
+    the_method_itself,
+    undecorated,
+)
 from course.foundation.untrusted import read_regular
 
 
@@ -40,7 +51,7 @@ def _given(field: str, code: str) -> Iterator[ast.expr]:
 def _method(given: ast.expr, source: str) -> str:
     methods = undecorated(functions(parse(source)))
     if isinstance(given, ast.Attribute) and name_of(given.value) == "self" and given.attr in methods:
-        return f"`{ast.unparse(given)}` is the method itself. Call it: `{ast.unparse(given)}()`."
+        return the_method_itself(ast.unparse(given))
     return ""
 
 

@@ -97,6 +97,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
     spins_a_class,
+    the_method_itself,
     undecorated,
     wrong_return,
 )
@@ -489,7 +490,7 @@ def _method_in_a_sum(found: re.Match[str], source: str, code: str) -> str:
     called_there = {id(node.func) for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)}
     for node in (each for each in ast.walk(line_tree(code)) if isinstance(each, ast.Attribute)):
         if id(node) not in called_there and name_of(node.value) == "self" and node.attr in own:
-            return f"`{ast.unparse(node)}` is the method itself. Call it: `{ast.unparse(node)}()`."
+            return the_method_itself(ast.unparse(node))
     return ""
 
 

@@ -8,7 +8,17 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.explaining.source import CALLBACKS, argument, calls, functions, name_of, named, parse, service_callbacks
+from course.explaining.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    functions,
+    name_of,
+    named,
+    parse,
+    service_callbacks,
+    the_method_itself,
+)
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
@@ -123,11 +133,9 @@ def method_for_result(found: re.Match[str], source: str, code: str) -> str:
                 given += returned(name_of(value.func), source)
         for line, value in given:
             if isinstance(value, ast.Attribute) and value.attr in ASKED:
-                text = ast.unparse(value)
-                return f"Line {line}: `{text}` is the method itself. Call it: `{text}()`."
+                return f"Line {line}: {the_method_itself(ast.unparse(value))}"
         if isinstance(base, ast.Attribute) and base.attr in ASKED:
-            text = ast.unparse(base)
-            return f"`{text}` is the method itself. Call it: `{text}()`."
+            return the_method_itself(ast.unparse(base))
     return ""
 
 

@@ -22,6 +22,7 @@ from course.explaining.source import (
     parameter_callbacks,
     parse,
     service_callbacks,
+    the_method_itself,
     timer_in_a_callback,
     undecorated,
     without_global,
@@ -205,11 +206,9 @@ def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
         for node in bare_statements(function):
             of_self = isinstance(node.value, ast.Attribute) and name_of(node.value.value) == "self"
             if name_of(node.value) in (own if of_self else CALLED):
-                text = ast.unparse(node)
-                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}()`."
+                yield node.lineno, the_method_itself(ast.unparse(node), ", and calls nothing")
             elif not of_self and name_of(node.value) in CALLED_WITH:
-                text = ast.unparse(node)
-                yield node.lineno, f"`{text}` is the method itself, and calls nothing. Call it: `{text}(...)`."
+                yield node.lineno, the_method_itself(ast.unparse(node), ", and calls nothing", "...")
 
 
 def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
@@ -241,8 +240,7 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
             for asked in asked_by(node):
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
                 if of_self and name_of(asked) in own - stored:
-                    text = ast.unparse(asked)
-                    yield asked.lineno, f"`{text}` is the method itself, which is always true. Call it: `{text}()`."
+                    yield asked.lineno, the_method_itself(ast.unparse(asked), ", which is always true")
 
 
 # What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.

@@ -118,6 +118,11 @@ def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
     return (node for node in ast.walk(tree) if isinstance(node, ast.Call) and name_of(node.func) == name)
 
 
+def the_method_itself(text: str, so: str = "", arguments: str = "") -> str:
+    """Return what is told of a method without its brackets, `text` as it is written; `so` says what comes of it."""
+    return f"`{text}` is the method itself{so}. Call it: `{text}({arguments})`."
+
+
 def name_of(node: ast.AST | None) -> str:
     """Return `enable` for `enable` and for `self.enable`; '' for anything else."""
     if isinstance(node, ast.Attribute):

@@ -7,7 +7,7 @@ from inspect import getattr_static
 from types import FunctionType, ModuleType
 from typing import Any
 
-from course.explaining.source import parse
+from course.explaining.source import parse, the_method_itself
 
 INNER = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda, ast.GeneratorExp)
 SCOPES = (*INNER, ast.ListComp, ast.SetComp, ast.DictComp)  # which may have names of their own
@@ -25,13 +25,12 @@ def misread(cell: str, names: Mapping[str, Any]) -> list[str]:
             for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
                 if isinstance(other, ast.List) and (why := _why(one, other, names)):
                     found.append(f"note: line {node.lineno}: {why}")
-        found += [f"note: line {each.lineno}: {_call(each)}" for each in _read(node) if _is_method(each, names)]
+        found += [
+            f"note: line {each.lineno}: {the_method_itself(ast.unparse(each))}"
+            for each in _read(node)
+            if _is_method(each, names)
+        ]
     return list(dict.fromkeys(found))
-
-
-def _call(given: ast.expr) -> str:
-    text = ast.unparse(given)
-    return f"`{text}` is the method itself. Call it: `{text}()`."
 
 
 def _read(node: ast.AST) -> list[ast.expr]:
