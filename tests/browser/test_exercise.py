@@ -168,6 +168,7 @@ def test_an_interruption_and_a_restart_end_all_checks(lab, page):
         expect_no_further_check(f"new {number}")
 
 
+@pytest.mark.matrix  # tests/notebook/test_checks.py has a check that fails beside others; the first test shows messages
 def test_checks_that_need_the_session_are_not_run_without_it_and_each_that_fails_has_its_whole_message(lab, page):
     """One that fails keeps no other from being run."""
     panel = begin(page, lab, "without", checks=("greets", "later"))

@@ -193,7 +193,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/wrong_name": "tests/session/test_matching.py",
     "services/wrong_type": "tests/session/test_matching.py",
 }
-LONG = {  # which take more than 3 s: each run looks for their sentences where the course writes them
+LONG = {  # which take longest: each run looks for their sentences where the course writes them
     "actions/cancel_rejected",
     "actions/client_exit_status",
     "actions/one_thread",
@@ -202,6 +202,10 @@ LONG = {  # which take more than 3 s: each run looks for their sentences where t
     "ai_integration/agent_returns_nothing",
     "ai_integration/loop_in_the_constructor",
     "calculator/client_decides_itself",
+    "calculator/refusal_is_kept",
+    "calculator/server_wrong_under_the_client",
+    "parameters/attribute_hides_the_callback",
+    "parameters/callback_returns_a_bool",
     "parameters/callback_returns_nothing",
     "parameters/efforts_by_a_timer",
     "parameters/integral_stops_at_the_limits",
@@ -212,9 +216,12 @@ LONG = {  # which take more than 3 s: each run looks for their sentences where t
     "services/another_folder",
     "services/call_that_nobody_serves",
     "services/callback_loops_under_ros2",
+    "services/destroys_its_node",
     "services/gone_is_never_noticed",
     "services/loop_keeps_the_node_from_being_spun",
+    "services/parameter_for_its_value",
     "services/relay_never_succeeds",
+    "services/self_left_out_in_a_callback",
     "services/service_in_the_default_group",
     "services/shuts_down_in_a_callback",
 }
