@@ -20,9 +20,11 @@ import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock as ClockMessage
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
@@ -53,6 +55,19 @@ watchers: list[Callable[["World"], None]] = []
 _latest: list["weakref.ReferenceType[World]"] = []  # the last one made
 
 
+def read_once(description: str) -> ParameterDescriptor:
+    """Return the descriptor of a parameter that counts when the world starts, and cannot be set afterwards."""
+    return ParameterDescriptor(read_only=True, description=description)
+
+
+def _refused(parameters: list[Parameter]) -> SetParametersResult:
+    """Refuse changes of a world in fast mode, which would have no effect."""
+    if all(parameter.name == "use_sim_time" for parameter in parameters):
+        return SetParametersResult(successful=True)
+    why = "a world in fast mode runs as its cell says: start it with other parameters"
+    return SetParametersResult(successful=False, reason=why)
+
+
 class World(Node):
     """The node `world`: a robot with a laser in a room.
 
@@ -61,7 +76,7 @@ class World(Node):
     for late subscribers); in fast mode also `/clock`, for nodes started with `use_sim_time:=true`.
 
     Parameters: `room` (a name in course.world.ROOMS or the path of a .json file), `noise` (m), `beams` (over one turn)
-    and `angle_min` (rad) of the laser; read once are `seed` of its noise, `rate` (scans a second) and `fast`.  The
+    and `angle_min` (rad) of the laser; read-only are `seed` of its noise, `rate` (scans a second) and `fast`.  The
     arguments `room` and `laser` override the parameters.  In real time the world can be controlled while it runs
     (course.world.controls); in fast mode only `cmd_vel` has an effect, so that a drive is repeatable.  `simulation`
     holds the robot's pose, path and collisions since the last reset, which was at `began`; `received` counts the
@@ -78,18 +93,18 @@ class World(Node):
         super().__init__("world", **kwargs)
         self._lock = threading.Condition(threading.RLock())
         self._room = room or self.declare_parameter("room", "hall").value
-        self._seed = self.declare_parameter("seed", 0).value
+        self._seed = self.declare_parameter("seed", 0, read_once("seed of the laser's noise")).value
         self._laser = laser or Laser.turn(
             self.declare_parameter("beams", 360).value,
             self.declare_parameter("angle_min", 0.0).value,
             noise=self.declare_parameter("noise", 0.01).value,
         )
         self._robot = robot or Robot()
-        rate = self.declare_parameter("rate", 10.0).value
+        rate = self.declare_parameter("rate", 10.0, read_once("scans a second")).value
         if not 0.0 < rate <= MOST_RATE:
             raise WorldError(f"rate must be above 0 Hz, at most {MOST_RATE:g} Hz, not {rate}")
         self._period = round(1e9 / rate)  # ns, so that ticks add up exactly
-        self.fast = self.declare_parameter("fast", False).value
+        self.fast = self.declare_parameter("fast", False, read_once("in step with the driver")).value
 
         self._now = 0  # ns of simulated time
         self.received = 0  # commands since the start
@@ -106,6 +121,7 @@ class World(Node):
         self.create_subscription(Twist, "cmd_vel", self._on_command, 10)
         if self.fast:
             self._clock_pub = self.create_publisher(ClockMessage, "/clock", 10)
+            self.add_on_set_parameters_callback(_refused)
         else:
             self._controls = Controls(self, self)
             self.create_timer(1.0 / rate, self._on_timer, clock=Clock(clock_type=ClockType.STEADY_TIME))

@@ -306,6 +306,8 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
     node = world(context, fast=True)
     steps = []
     first = node.drive(12.0, on_step=lambda: steps.append(node.simulation.time))
+    (refused,) = node.set_parameters([parameter("beams", 24)])
+    assert not refused.successful and "start it with other parameters" in refused.reason
     node.reset()
     second = node.drive(12.0)
     assert (first.answered, first.missed, first.collisions) == (120, 0, [])
@@ -592,6 +594,9 @@ def test_at_real_time_ros_controls_it(context):
             ({"noise": -1.0}, "noise"),
             ({"speed": 9.0}, "range"),
             ({"room": "office", "beams": 0}, "beams"),
+            ({"rate": 20.0}, "read-only"),
+            ({"seed": 1}, "read-only"),
+            ({"fast": True}, "read-only"),
         ):
             refused = set_all(**values)
             assert not refused.successful and reason in refused.reason
