@@ -114,13 +114,12 @@ class NodeProcess:
     def _read(self) -> None:
         assert self._popen.stdout is not None
         awaited = ""  # after a failed goal: the first line of its traceback, and then the last
+        last: list[str] = []  # from the first traceback of a program that is being stopped
         for line in _lines(self._popen.stdout):
-            with self._printing:
-                self._lines.append(line)
-                self._came.append(time.time_ns())
-                self._read_lines += 1
-                if "]: " in line and (node := node_of_line(line)):
-                    self._loggers.add(node)
+            if self.stopped and (last or line.startswith(MARK)):
+                last.append(line)
+                continue
+            self._keep(line)
             if GOAL_FAILED in line:
                 self._goals, awaited = True, "begin"
             elif STATE_NOT_SET in line or NO_DECISION in line:
@@ -131,9 +130,21 @@ class NodeProcess:
             elif awaited == "end" and not line.startswith(" "):
                 awaited = ""
                 self._changed()
+        if last[-1:] != ["KeyboardInterrupt\n"]:  # which is how stopping ends a program, and says nothing of it
+            for line in last:
+                self._keep(line)
         self._popen.wait()
         self.over = self.over or time.time()
         self._changed()
+
+    def _keep(self, line: str) -> None:
+        """Keep a line of its output."""
+        with self._printing:
+            self._lines.append(line)
+            self._came.append(time.time_ns())
+            self._read_lines += 1
+            if "]: " in line and (node := node_of_line(line)):
+                self._loggers.add(node)
 
     @property
     def alive(self) -> bool:

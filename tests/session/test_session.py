@@ -185,6 +185,30 @@ def test_a_file_runs_in_its_own_process(session, server):
     assert process.output == "arguments ['word']"
 
 
+ENDING = """import rclpy
+rclpy.init()
+node = rclpy.create_node('ending')
+print('begun')
+try:
+    rclpy.spin(node)
+finally:
+    print('cleaned up')
+    {last}
+"""
+
+
+@pytest.mark.parametrize(("last", "shown"), [("pass", ""), ("node.nonsense()", "has no attribute 'nonsense'")])
+def test_stopping_a_program_shows_its_last_traceback_only_when_it_has_another_error(session, tmp_path, last, shown):
+    file = tmp_path / "ending.py"
+    file.write_text(ENDING.format(last=last))
+    process = session.start(file)
+    assert session.until(lambda: "begun" in process.output)
+    session.stop(file.name)
+    begin, *rest = process.output.splitlines()
+    assert begin == "begun" and "cleaned up" in rest
+    assert shown in rest[-1] and ("Traceback" in process.output) == bool(shown)
+
+
 def test_what_a_program_logs_on_its_terminal_bears_no_time(session, server):
     server.write_text(SERVER.replace("    print(", "    node.get_logger().info('once')\n    print("))
     process = session.start(server)
