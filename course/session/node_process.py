@@ -28,13 +28,17 @@ from course.explaining.failure_report import (
 )
 from course.explaining.lines_that_wait import crowded, executor_threads
 from course.foundation import processes
+from course.foundation.waiting import wait_until
 from course.ros.discovery import mark
 from course.ros.names import base
 from course.session.logs import LONGEST, node_of_line
 from course.session.stacks import Stacks
+from course.session.started.sitecustomize import LEAVE
 
 KEPT_LINES = 2000
 GRACE = 3.0  # s for a program to end after Ctrl-C
+BUSY = 1.0  # s of a processor that it may use meanwhile: more means that it is in a loop
+LEAVING = 1.0  # s for it to destroy its nodes
 
 
 class NodeProcess:
@@ -305,20 +309,31 @@ class NodeProcess:
         return f"{self.name}, process {self.pid}"
 
     def stop(self) -> None:
-        """End it as Ctrl-C does, and by force after 3 s."""
+        """End it as Ctrl-C does, and by force after 3 s, or earlier if it works on."""
         self._end()
 
     def _end(self) -> tuple[Frame, ...]:
         self.stopped = self.stopped or self.alive
         with contextlib.suppress(ProcessLookupError):
             if self.alive:
-                os.killpg(self._popen.pid, signal.SIGINT)
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    self._popen.wait(GRACE)
+                spent = processes.processor_time(self.pid)
+                os.killpg(self.pid, signal.SIGINT)
+
+                def works() -> bool:
+                    return processes.processor_time(self.pid) - spent > BUSY
+
+                if not wait_until(lambda: not self.alive, GRACE, unless=works, alert=False):
+                    self._leave()
             os.killpg(self._popen.pid, signal.SIGKILL)  # with all processes that it started
         self._popen.wait()
         self._reader.join(1.0)
         return ()
+
+    def _leave(self) -> None:
+        """Have it destroy its nodes, which others would see otherwise until their lease is over."""
+        if processes.catches(self.pid, LEAVE):
+            os.kill(self.pid, LEAVE)
+            wait_until(lambda: not self.alive, LEAVING, alert=False)
 
     def __repr__(self) -> str:
         nodes = f" as {', '.join(self.nodes)}" if self.alive else ""

@@ -1,8 +1,10 @@
 """What a start in a cell ends, and what it never begins, is told."""
 
 import linecache
+import signal
 import sys
 import threading
+import time
 
 import pytest
 from course_interfaces.action import Fibonacci
@@ -19,7 +21,7 @@ from course.foundation import waiting
 from course.foundation.waiting import wait_until
 from course.recorders import ParameterRecorder, TopicRecorder
 from course.ros.rclpy_internals import RCLError
-from course.session import started_nodes
+from course.session import node_process, started_nodes
 from course.session.live import Session, live
 
 
@@ -311,3 +313,40 @@ def test_a_timer_that_fires_seldom_is_told_once_after_a_wait_in_vain(session, ca
     told = capsys.readouterr().err
     says = "A timer of seldom runs every 20 s: `create_timer` takes the period in seconds.\n  test_starts.py, line "
     assert told.count(says) == 1 and "    self.create_timer(20, print)\n" in told
+
+
+DOES_NOT_END = """import threading
+import time
+import rclpy
+from course_interfaces.action import Fibonacci
+from rclpy.action import ActionServer
+from rclpy.node import Node
+class Stays(Node):
+    def __init__(self):
+        super().__init__("stays")
+        self.server = ActionServer(self, Fibonacci, "count", print)
+        threading.Thread(target=self.work).start()
+    def work(self):
+        while rclpy.ok():
+            time.sleep(0.02)
+        while True:
+            {}
+rclpy.init()
+try:
+    rclpy.spin(Stays())
+except (KeyboardInterrupt, rclpy.executors.ExternalShutdownException):
+    pass
+"""
+
+
+@pytest.mark.parametrize("limit", ["BUSY", "GRACE"])
+def test_a_program_that_does_not_end_is_ended_soon_and_leaves_the_graph_at_once(session, tmp_path, monkeypatch, limit):
+    monkeypatch.setattr(node_process, "GRACE", 60.0)
+    monkeypatch.setattr(node_process, limit, 0.2)
+    path = tmp_path / "stays.py"
+    path.write_text(DOES_NOT_END.format("pass" if limit == "BUSY" else "time.sleep(1.0)"))
+    process = session.start(path)
+    began = time.monotonic()
+    session.stop("stays.py")
+    assert process.returncode == -signal.SIGKILL and session.nodes() == []
+    assert time.monotonic() - began < 4.0  # a killed node's lease is 5 s

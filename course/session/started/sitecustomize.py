@@ -8,6 +8,9 @@ session, even in an endless loop.
 Services: if they are recorded, every service of the program is introspected by rclpy: requests and responses are
 published on the hidden topic SERVICE/_service_event, and the last ones are kept for late subscribers.
 
+Leaving: a program that does not end by Ctrl-C, because one of its threads goes on, is told by a signal to destroy its
+nodes before it is killed. Else others would see them, and ask them, until their lease is over.
+
 Exits: a program that calls `exit()` notes in the same file where it did, because Python says nothing.
 
 Exceptions: rclpy 7.1.6 raises an exception of a callback that ran in a thread of a MultiThreadedExecutor only once the
@@ -23,6 +26,7 @@ another thread may do it while an executor works.
 import builtins
 import contextlib
 import faulthandler
+import gc
 import importlib.machinery
 import importlib.util
 import os
@@ -37,6 +41,7 @@ from typing import Any
 WANTED = "COURSE_INTROSPECTION"
 STACKS = "COURSE_STACKS"  # the descriptor of the file for the stacks
 ASK = signal.SIGUSR2
+LEAVE = signal.SIGRTMIN + 7  # which no program uses for itself
 EXIT = "Exit"  # begins a note on a call that ends the program
 HERE = os.path.dirname(os.path.abspath(__file__))
 DEPTH = 100  # events that are kept
@@ -87,6 +92,20 @@ def noted(original: "Callable[..., Any]", stacks: int) -> "Callable[..., Any]":
         return original(*args, **kwargs)
 
     return end
+
+
+def leave(*_: object) -> None:
+    """Destroy the nodes of this program, so that they leave the graph, and end it."""
+    sys.setswitchinterval(60.0)  # no other thread sees what is destroyed
+    with contextlib.suppress(Exception):
+        cls = sys.modules["rclpy.node"].Node
+        for node in [each for each in gc.get_objects() if issubclass(type(each), cls)]:
+            for waitable in list(node.waitables):  # the servers and clients of actions keep it in the graph
+                with contextlib.suppress(Exception):
+                    waitable.destroy()
+            with contextlib.suppress(Exception):
+                node.destroy_node()
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def patch(executors: Any) -> None:
@@ -171,6 +190,7 @@ def begin() -> None:
         stacks = int(os.environ.pop(STACKS, ""))
         os.set_inheritable(stacks, False)
         faulthandler.register(ASK, file=stacks, all_threads=True)
+        signal.signal(LEAVE, leave)
         for owner, name in ((builtins, "exit"), (builtins, "quit"), (sys, "exit"), (os, "_exit")):
             setattr(owner, name, noted(getattr(owner, name), stacks))
         sys.meta_path.insert(0, AfterImport("rclpy.executors", patch))
