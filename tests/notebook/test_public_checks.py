@@ -7,6 +7,7 @@ import re
 import nbformat
 import pytest
 
+from course import recorders
 from course.foundation import cells
 from course.notebook import judging
 from course.notebook.exercise_magic import exercise
@@ -611,6 +612,8 @@ UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
                    "            if goal_handle.is_c",
                    "with a blocked shaft (data=True twice), a new goal that needs a step at once, ended as nothing"),
         each_night(FREED, "        self.blocked = not self.blocked\n",
+                   "was [], and the goal ended as aborted, with a free shaft (data=False)"),
+        each_night(FREED, "        self.blocked = request.data and not self.blocked\n",
                    "with a blocked shaft (data=True twice), a new goal that needs a step at once, ended as succeeded"),
         each_night(TOOK_OVER, TOOK_OVER.replace("self.newest", "left[0] > self.floor and self.newest"),
                    "a goal on its way down that another one took over from made "),
@@ -633,6 +636,7 @@ def test_the_shaft_is_blocked_while_the_goal_runs_however_long_a_client_takes(em
         return made(kind, name, **options)
 
     monkeypatch.setattr(session.node, "create_client", late)
+    monkeypatch.setattr(recorders, "LATE", 60.0)  # nobody waits for the cause of an end that must be so
     assert Page("actions").judge(answers.solution("actions"), "lift-server")["lift-server"] == cells.PASSED
 
 
@@ -752,7 +756,13 @@ KEPT = """        self.kept = getattr(self, 'kept', {})
 """
 
 
-STEPS_FIRST = """        if left:
+CANCELED_BEFORE = """        waits = self.cabin.locked()
+        with self.cabin:
+            if waits and goal_handle.is_cancel_requested:
+                goal_handle.abort()
+                return Lift.Result(floor=self.floor)
+"""
+STEPS_FIRST = """        if left and stops:
             time.sleep(period)
             self.floor += 1 if left[0] > self.floor else -1
             self.stop(stops, left)
@@ -829,8 +839,8 @@ SENTENCES = [
         "actions",
         "lift-server",
         "lift_server.py",
-        "return CancelResponse.ACCEPT",
-        "return CancelResponse.ACCEPT if goal_handle is not self.newest else CancelResponse.REJECT",
+        "        with self.cabin:\n",
+        CANCELED_BEFORE,
         "a goal that was cancelled as soon as it was accepted, while another one moved the cabin",
     ),
     each_night(
