@@ -1,9 +1,12 @@
 """The stubs of exercise cells as released, and copies of a student's text before it is replaced."""
 
+import contextlib
+import glob
 from pathlib import Path
 
 from course.errors import ExerciseError, UnreadableNotebook
 from course.foundation import cells
+from course.foundation.untrusted import read_regular
 
 RELEASED = ".released"  # beside the sections' folders: the notebooks as released
 
@@ -22,11 +25,15 @@ def stub_of(notebook: Path, name: str) -> str:
 
 
 def keep_copy(folder: Path, file: str, content: bytes, before: str) -> Path:
-    """Write `content`, a text of `file` or of its cell, into a new file beside it; raises OSError.
+    """Return a file beside it with `content`, a text of `file` or of its cell; raises OSError.
 
-    `before` says in its name why: "before-reset".
+    That is a new one, unless an earlier copy has this text.  `before` says in its name why: "before-reset".
     """
     name = Path(file)
+    for copy in sorted(folder.glob(f"{glob.escape(f'{name.stem}.{before}-')}*{glob.escape(name.suffix)}")):
+        with contextlib.suppress(OSError, ValueError):
+            if read_regular(copy, cells.MOST) == content:
+                return copy
     number = 1
     while True:
         copy = folder / f"{name.stem}.{before}-{number}{name.suffix}"

@@ -21,6 +21,7 @@ from course.notebook.file_differences import (
     remember_refused,
     unlike,
 )
+from course.notebook.stubs import keep_copy
 
 
 @pytest.fixture
@@ -139,3 +140,12 @@ def test_a_cell_with_an_error_has_written_nothing(folder):
     assert unlike(folder, [broken]) == {"server.py": f"{REFUSED}: server.py, line 1: invalid syntax: print("}
     right = cells.Cell("code", "%%exercise server.py\nprint('one')\nprint('two')\n", outputs=[error])
     assert unlike(folder, [right]) == {"server.py": ""}
+
+
+def test_a_text_that_a_copy_has_already_is_not_kept_again(tmp_path):
+    texts = (b"1", b"2", b"1", b"2")
+    kept = [keep_copy(tmp_path, "[x].py", text, "edited").name for text in texts]
+    assert kept == ["[x].edited-1.py", "[x].edited-2.py"] * 2
+    (tmp_path / kept[0]).write_bytes(b"1, and more")
+    assert keep_copy(tmp_path, "[x].py", b"1", "before-reset").name == "[x].before-reset-1.py"
+    assert keep_copy(tmp_path, "[x].py", b"1", "edited").name == "[x].edited-3.py"
