@@ -207,7 +207,10 @@ def _spins_without_limit(tree: ast.Module, line: int) -> bool:
     for call in _on(calls(tree, "spin_until_future_complete"), line):
         of_rclpy_itself = isinstance(call.func, ast.Name) or name_of(getattr(call.func, "value", None)) == "rclpy"
         place = WAITS["spin_until_future_complete"] if of_rclpy_itself else 1  # else of an executor
-        return argument(call, place, "timeout_sec") is None
+        unpacked = any(isinstance(each, ast.Starred) for each in call.args) or any(
+            not each.arg for each in call.keywords
+        )
+        return argument(call, place, "timeout_sec") is None and not unpacked
     loops = _on((node for node in ast.walk(tree) if isinstance(node, ast.While)), line)
     once = any(True for _ in _on(calls(tree, "spin_once"), line))
     return once and any(map(_only_spins, loops))

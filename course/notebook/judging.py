@@ -89,6 +89,10 @@ PATIENT = 12.0  # s that a client is seen asleep without a server, of which it m
 THREAD = "dds."  # begins the names of the threads with which a program sees others, from its first node on
 LOOKS_FOR_A_SERVER = re.compile(r"wait_for|_is_ready|count_|get_(?:service|node|client)|matched|sleep|spin_once")
 LOOKS_ON = "Without a server, `{}` never ends: count the rounds, or wait once, with a limit, and give up then."
+WAITS_ON = (
+    "Line {} waits for the answer without a limit. `rclpy.spin_until_future_complete(node, future, timeout_sec=5.0)` "
+    "returns after 5 s, also without an answer."
+)
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
 
@@ -142,7 +146,7 @@ class Alone:
 
     def __init__(self, file: str, *arguments: str, silent: tuple[type[Any], str] | None = None):
         as_it_lies(file)
-        self._when = "with a server that does not answer" if silent else "without a server"
+        self._when, self._silent = "with a server that does not answer" if silent else "without a server", bool(silent)
         self._where = self._why = ""
         self._begun = self._over = 0.0  # when it could first see others, and when it had ended, s since boot
         self._process: NodeProcess | None = None
@@ -169,8 +173,13 @@ class Alone:
             self._over = time.clock_gettime(time.CLOCK_BOOTTIME)
             self._context.try_shutdown()
 
+    def _endless(self, process: NodeProcess) -> str:
+        """Return why the program waits without end, '' without a sign of that: no answer will complete a future."""
+        spin = process.endless_spin() if self._silent else None
+        return WAITS_ON.format(spin.line) if spin else process.endless_wait()
+
     def _end(self, process: NodeProcess, why: str = "") -> None:
-        why = why or process.endless_wait()
+        why = why or self._endless(process)
         self._where, self._why = busy(process), why and f"\n{why}"
         process.stop()
 
@@ -188,10 +197,10 @@ class Alone:
         if process and line and line in [each.line for each in process.doing()[-1:]]:
             self._end(process, LOOKS_ON.format(process.source.splitlines()[line - 1].strip()))
             self.gives_up()
-        why = process.endless_wait() if process else ""
+        why = self._endless(process) if process else ""
         if process is None or not why or THREADS.search(process.source):
             return
-        if not live().until(lambda: process.ended, BETWEEN) and process.endless_wait() == why:
+        if not live().until(lambda: process.ended, BETWEEN) and self._endless(process) == why:
             self._end(process, why)
             self.gives_up()
 
@@ -204,7 +213,7 @@ class Alone:
         if process is None:
             return
         while not session.until(lambda: process.ended, KNOWN):
-            before, why = why, process.endless_wait()
+            before, why = why, self._endless(process)
             if why and why == before and not THREADS.search(process.source):
                 self._end(process, why)
         if process.stopped:

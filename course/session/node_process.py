@@ -14,6 +14,7 @@ from concurrent.futures import Future
 from pathlib import Path
 from typing import IO
 
+from course.explaining.endless_waits import EndlessSpin
 from course.explaining.failure_report import (
     GOAL_FAILED,
     MARK,
@@ -286,6 +287,10 @@ class NodeProcess:
     def endless_wait(self) -> str:
         """Return why the program waits without end where there is no server, as `endless_waits.endless_wait` does."""
         return self._stacks.endless_wait(self.pid, self.path, {}) if self.alive else ""
+
+    def endless_spin(self) -> EndlessSpin | None:
+        """Return where the program spins until a future is done, as `endless_waits.endless_spin` does."""
+        return self._stacks.endless_spin(self.pid, self.path) if self.alive else None
 
     @property
     def asleep(self) -> bool:

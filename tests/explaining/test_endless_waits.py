@@ -174,6 +174,8 @@ def test_a_spin_that_only_a_future_ends(tmp_path, line):
         "rclpy.spin_until_future_complete(self, future, timeout_sec=5.0)",
         "rclpy.spin_until_future_complete(self, future, None, 5.0)",
         "self.executor.spin_until_future_complete(future, 5.0)",
+        "rclpy.spin_until_future_complete(self, future, **limit)",
+        "rclpy.spin_until_future_complete(*waits)",
         "rclpy.spin_once(self)",
         "while not future.done() and time.time() < end: rclpy.spin_once(self)",
         "while not self.over(): rclpy.spin_once(self)",

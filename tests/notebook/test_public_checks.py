@@ -823,6 +823,14 @@ SENTENCES = [
         "parameters",
         "pid-node",
         "pid_node.py",
+        "now - self.last_time",
+        "min(now - self.last_time, 1.0)",
+        "with ki = 5, an error of 1 for 1.1",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
         "Float64(data=effort)",
         "Float64(data=round(effort, 2))",
         "an error of 4.0625 must give 12.1875; it gave 12.19",
@@ -1774,7 +1782,7 @@ SENTENCES = [
         "calculator_client.py",
         "    rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)\n",
         "    rclpy.spin_until_future_complete(self, future)\n",
-        "with a server that does not answer, calculator_client.py must say so, and end after 10 s at most",
+        "(self, future)\nLine 23 waits for the answer without a limit. `rclpy.spin_until_future_complete(node, fu",
     ),
     each_night(
         "calculator",
