@@ -1,9 +1,10 @@
 """Conditions in a text that are always true, or always false, whatever the values are."""
 
 import ast
+import re
 from collections.abc import Iterator
 
-from course.explaining.source import name_of, the_method_itself
+from course.explaining.source import calls, name_of, the_method_itself
 
 OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
 
@@ -36,6 +37,7 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
             yield from _never_equal(node, own, of_goals="get_result_async" in map(name_of, nodes))
     yield from _bare_texts(nodes)
+    yield from _radians_with_degrees(nodes)
 
 
 TEXT_METHODS = {"capitalize", "casefold", "lower", "strip", "title", "upper"}
@@ -76,6 +78,61 @@ def _bare_texts(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
             meant = ast.unparse(_compared(node.test, above)) if like and isinstance(above, ast.Compare) else ""
             how = f"Write `{meant}`." if meant else "Compare something with it."
             yield node.test.lineno, f"`{ast.unparse(node.test)}` alone is always true. {how}"
+
+
+DEGREES = 20.0  # least number that is no angle in radians
+CONVERTS = re.compile(r"degrees|radians|rad2deg|deg2rad|\bpi\b|\btau\b|3\.14|6\.28|57\.|0\.017|deg=")
+IN_RADIANS = "compares radians with degrees: the angles of a scan are in radians, and `np.degrees(...)` converts them."
+KEEPS_RADIANS = {"abs", "absolute", "arange", "array", "enumerate", "fabs", "float", "len", "mod", "range"}
+
+
+def _radians_with_degrees(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
+    """Yield the first comparison of a function that compares angles of a scan, in radians, with a number of degrees."""
+    for function in (each for each in nodes if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))):
+        inner = [*ast.walk(function)]
+        if CONVERTS.search(ast.unparse(function)):
+            continue
+        stored = [each.id for each in inner if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
+        made = [each for each in inner if isinstance(each, ast.Assign) and _is_angle(each.value, set())]
+        names = {name_of(target) for each in made for target in each.targets if isinstance(target, ast.Name)}
+        angles = {name for name in names if stored.count(name) == 1}
+        for node in (each for each in inner if isinstance(each, ast.Compare)):
+            sides = [node.left, *node.comparators]
+            seen = [side for side in sides if _is_angle(side, angles)]
+            others = [side for side in sides if side not in seen]
+            plain = all(isinstance(each.operand if isinstance(each, ast.UnaryOp) else each, ast.Constant)
+                        for each in others)  # fmt: skip
+            shifted = [each for each in seen if "angle_increment" not in ast.unparse(each)]  # such as `angles - 180`
+            if len(seen) == 1 and plain and any(map(_has_degrees, (*others, *shifted))):
+                yield node.lineno, f"`{ast.unparse(node)}` {IN_RADIANS}"
+                break
+
+
+def _is_angle(value: ast.expr, angles: set[str]) -> bool:
+    """Return True if an expression has the angle of a beam, or one of these variables, and only computes with it."""
+    nodes = [*ast.walk(value)]
+    counted = {id(each) for call in calls(value, "len") for each in ast.walk(call)}  # `len(angles)` is a number
+    seen = [node for node in nodes if id(node) not in counted]
+    found = any(isinstance(node, ast.Attribute) and node.attr == "angle_increment" for node in seen)
+    found = found or any(isinstance(node, ast.Name) and node.id in angles for node in seen)
+    called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
+    scaled = any(
+        isinstance(node, ast.BinOp)
+        and isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mult))
+        and (
+            not isinstance(node.op, ast.Mult)
+            or isinstance(node.left, ast.Constant)
+            or isinstance(node.right, ast.Constant)
+        )
+        for node in nodes
+    )
+    other = any(isinstance(node, (ast.Compare, ast.Subscript, ast.Lambda)) for node in nodes)
+    return found and called <= KEEPS_RADIANS and not scaled and not other
+
+
+def _has_degrees(value: ast.expr) -> bool:
+    numbers = [node.value for node in ast.walk(value) if isinstance(node, ast.Constant)]
+    return any(isinstance(number, (int, float)) and number >= DEGREES for number in numbers)
 
 
 def asked_by(node: ast.AST) -> list[ast.expr]:

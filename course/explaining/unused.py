@@ -13,18 +13,23 @@ RESULTS = ("SetParametersResult",)  # what only a `return` hands on
 def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
     """Yield each such place as its line and a sentence.
 
-    Methods are looked at only in a `whole` file: those of a cell's class may be used in another cell.
+    Methods are looked at only in a `whole` file: those of a cell's class may be used in another cell.  A check of
+    parameters is looked at in a cell, too, if it starts the class.
     """
     yield from _results(tree)
     nodes = [*ast.walk(tree)]
     used = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
     used |= {node.id for node in nodes if isinstance(node, ast.Name)}
     texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    for cls in node_classes(tree) if whole else ():
+    started = {name_of(call.args[0]) for call in calls(tree, "start") if call.args}
+    for cls in node_classes(tree):
+        if not whole and cls.name not in started:
+            continue
         plain = [each for each in functions_of(cls) if not each.decorator_list and not hasattr(Node, each.name)]
         idle = [each for each in plain if each.name not in used | texts] if len(cls.bases) == 1 else []
-        yield from _unregistered(idle)
-        yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
+        yield from _unregistered(idle, whole=whole)
+        if whole:
+            yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
 
 
 def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -36,8 +41,8 @@ def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:
             yield made.lineno, f"`{name}(...)` alone refuses and accepts nothing: write `return {name}(...)`."
 
 
-def _unregistered(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
-    """Yield those of these methods that can only be callbacks for parameters."""
+def _unregistered(methods: Collection[Function], *, whole: bool) -> Iterator[tuple[int, str]]:
+    """Yield those of these methods that can only be callbacks for parameters; only their checks without `whole`."""
     for method in methods:
         names = [each.arg for each in method.args.args]
         returned = [node.value for node in inside(method) if isinstance(node, ast.Return) and node.value]
@@ -45,7 +50,7 @@ def _unregistered(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
             continue
         if any(isinstance(each, ast.Call) and name_of(each.func) in RESULTS for each in returned):
             kind, does = "on_set", "returns a SetParametersResult"
-        elif not _reads_parameters(method, names[1]):
+        elif not whole or not _reads_parameters(method, names[1]):
             continue
         elif not returned:
             kind, does = "post_set", "looks at the parameters that it is given"

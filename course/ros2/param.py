@@ -182,6 +182,8 @@ def set_verb(args: Namespace) -> str | None:
             known = list_parameters(graph, args.node_name)
             if args.parameter_name not in known:
                 grammar.tell_near(args.parameter_name, known)
+            elif re.fullmatch(r"[-+]?\d+,\d+", args.value) and "STRING" in result.reason.upper():
+                print(f"A number has a decimal point: {args.value.replace(',', '.')}", file=sys.stderr)
     return None
 
 

@@ -610,3 +610,51 @@ def test_an_age_with_its_times_swapped_is_told_where_it_is_kept_in_a_variable(ag
     cell = AGES.format(line="pass").replace("        pass\n", f"        age = {age}\n        return age <= FRESH\n", 1)
     found = slips(cell)
     assert len(found) == told and all(each.startswith("note: line 7: ") for each in found), found
+
+
+ANGLES = "angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))"
+TELLS = "compares radians with degrees: the angles of a scan are in radians, and `np.degrees(...)` converts them."
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("back = (angles >= 150) & (angles <= 210)", "angles >= 150"),
+        ("back = np.abs(angles % 360 - 180) <= 30", "np.abs(angles % 360 - 180) <= 30"),
+        (
+            "back = 150 < scan.angle_min + beam * scan.angle_increment",
+            "150 < scan.angle_min + beam * scan.angle_increment",
+        ),
+        ("back = abs(angles - math.pi) <= 30", ""),
+        ("back = np.degrees(angles) >= 150", ""),
+        ("angles = in_degrees(angles); back = angles >= 150", ""),
+        ("back = in_degrees(angles) >= 150", ""),
+        ("back = angles * 57 >= 150", ""),
+        ("back = abs(scan.angle_min + scan.angle_increment * (beam - 180)) < 0.5", ""),
+        ("back = angles >= limits['back'] or len(angles) >= 180", ""),
+    ],
+)
+def test_angles_in_radians_that_are_compared_with_degrees_are_told(line, told):
+    found = slips(f"def rear(scan):\n    {ANGLES}\n    {line}\n    return back\n")
+    assert found == ([f"note: line 3: `{told}` {TELLS}"] if told else [])
+
+
+CHECKED = """class Checked(Node):
+    def __init__(self):
+        super().__init__("checked")
+        {}
+        self.declare_parameter("threshold", 50.0)
+    def validate(self, parameters):
+        return SetParametersResult(successful=parameters[0].value < 100.0)
+    def changed(self, parameters):
+        for each in parameters:
+            print(each.name, each.value)
+"""
+
+
+def test_a_check_that_nothing_registers_is_told_in_a_cell_that_starts_its_class():
+    cell = CHECKED.format("pass")
+    (told,) = slips(f"{cell}ros.start(Checked)\n")
+    assert told.startswith("note: line 6: 'validate' returns a SetParametersResult, and nothing calls or registers it")
+    registered = CHECKED.format("self.add_on_set_parameters_callback(self.validate)")
+    assert slips(cell) == slips(f"{cell}ros.start(Other)\n") == slips(f"{registered}ros.start(Checked)\n") == []

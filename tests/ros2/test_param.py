@@ -108,6 +108,9 @@ def test_set_tells_a_refusal_with_the_node_s_reason(ros2):
         "threshold -- -1.0": ": must not be negative",
         "robot_name nobody": "",
         "debug_mode 3": ": Wrong parameter type, expected 'Type.BOOL' got 'Type.INTEGER'",
+        "max_speed 1,5": (
+            ": Wrong parameter type, expected 'Type.DOUBLE' got 'Type.STRING'\nA number has a decimal point: 1.5"
+        ),
     }
     ran = ros2.each(*(f"param set {NODE} {words}" for words in refusals))
     assert [done.stderr for done in ran] == [f"Setting parameter failed{reason}\n" for reason in refusals.values()]
