@@ -81,8 +81,9 @@ def _bare_texts(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
 
 
 DEGREES = 20.0  # least number that is no angle in radians
-CONVERTS = re.compile(r"degrees|radians|rad2deg|deg2rad|\bpi\b|\btau\b|3\.14|6\.28|57\.|0\.017|deg=")
+CONVERTS = re.compile(r"degrees|radians|rad2deg|deg2rad|3\.14|6\.28|\b57\b|0\.017|deg=")
 IN_RADIANS = "compares radians with degrees: the angles of a scan are in radians, and `np.degrees(...)` converts them."
+SCALES = (ast.Div, ast.FloorDiv, ast.Mult, ast.MatMult, ast.Pow)
 KEEPS_RADIANS = {"abs", "absolute", "arange", "array", "enumerate", "fabs", "float", "len", "mod", "range"}
 
 
@@ -90,15 +91,18 @@ def _radians_with_degrees(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield the first comparison of a function that compares angles of a scan, in radians, with a number of degrees."""
     for function in (each for each in nodes if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))):
         inner = [*ast.walk(function)]
-        if CONVERTS.search(ast.unparse(function)):
+        code = [each for each in inner if not isinstance(getattr(each, "value", None), str)]  # without its texts
+        words = [str(each.value) if isinstance(each, ast.Constant) else name_of(each) for each in code]
+        words += [f"{each.arg}=" for each in inner if isinstance(each, ast.keyword)]
+        if any(CONVERTS.search(word) for word in words) or any(map(_scales_by_pi, inner)):
             continue
         stored = [each.id for each in inner if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
-        made = [each for each in inner if isinstance(each, ast.Assign) and _is_angle(each.value, set())]
+        made = [each for each in inner if isinstance(each, ast.Assign) and _is_angle(each.value, set(), function)]
         names = {name_of(target) for each in made for target in each.targets if isinstance(target, ast.Name)}
         angles = {name for name in names if stored.count(name) == 1}
         for node in (each for each in inner if isinstance(each, ast.Compare)):
             sides = [node.left, *node.comparators]
-            seen = [side for side in sides if _is_angle(side, angles)]
+            seen = [side for side in sides if _is_angle(side, angles, function)]
             others = [side for side in sides if side not in seen]
             plain = all(isinstance(each.operand if isinstance(each, ast.UnaryOp) else each, ast.Constant)
                         for each in others)  # fmt: skip
@@ -108,26 +112,49 @@ def _radians_with_degrees(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
                 break
 
 
-def _is_angle(value: ast.expr, angles: set[str]) -> bool:
-    """Return True if an expression has the angle of a beam, or one of these variables, and only computes with it."""
+def _scales_by_pi(node: ast.AST) -> bool:
+    """Return True for a product or a quotient with pi, other than a few times pi itself."""
+    if not isinstance(node, ast.BinOp) or not isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mult)):
+        return False
+    parts = [name_of(each) in ("pi", "tau") for each in (node.left, node.right)]
+    few = isinstance(node.op, ast.Mult) and any(isinstance(each, ast.Constant) for each in (node.left, node.right))
+    return any(name_of(each) in ("pi", "tau") for each in ast.walk(node)) and not (
+        few and any(parts) and not _has_degrees(node)
+    )
+
+
+def _is_angle(value: ast.expr, angles: set[str], function: ast.AST) -> bool:
+    """Return True if an expression of a function is the angle of a beam, or has one of these variables, unscaled."""
     nodes = [*ast.walk(value)]
     counted = {id(each) for call in calls(value, "len") for each in ast.walk(call)}  # `len(angles)` is a number
     seen = [node for node in nodes if id(node) not in counted]
     found = any(isinstance(node, ast.Attribute) and node.attr == "angle_increment" for node in seen)
     found = found or any(isinstance(node, ast.Name) and node.id in angles for node in seen)
     called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
-    scaled = any(
-        isinstance(node, ast.BinOp)
-        and isinstance(node.op, (ast.Div, ast.FloorDiv, ast.Mult))
-        and (
-            not isinstance(node.op, ast.Mult)
-            or isinstance(node.left, ast.Constant)
-            or isinstance(node.right, ast.Constant)
-        )
-        for node in nodes
-    )
+    products = [node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, SCALES)
+                and not {"pi", "tau"} & {*map(name_of, ast.walk(node))}]  # fmt: skip
+    scaled = not all(_of_a_beam(node, function) for node in products)
     other = any(isinstance(node, (ast.Compare, ast.Subscript, ast.Lambda)) for node in nodes)
     return found and called <= KEEPS_RADIANS and not scaled and not other
+
+
+def _of_a_beam(product: ast.BinOp, function: ast.AST) -> bool:
+    """Return True for the increment of a scan's angles times the number of a beam."""
+    factors = (product.left, product.right)
+    if not isinstance(product.op, ast.Mult) or not any(name_of(each) == "angle_increment" for each in factors):
+        return False
+    number = next((each for each in factors if name_of(each) != "angle_increment"), product.left)
+    loops = [node.target for node in ast.walk(function) if isinstance(node, (ast.For, ast.comprehension))]
+    counting = {each.id for target in loops for each in ast.walk(target) if isinstance(each, ast.Name)}
+    made = [
+        node
+        for node in ast.walk(function)
+        if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) == "arange"
+    ]
+    counting |= {name_of(target) for node in made for target in node.targets}
+    return name_of(getattr(number, "func", None)) == "arange" or (
+        isinstance(number, ast.Name) and number.id in counting
+    )
 
 
 def _has_degrees(value: ast.expr) -> bool:

@@ -621,11 +621,14 @@ TELLS = "compares radians with degrees: the angles of a scan are in radians, and
     [
         ("back = (angles >= 150) & (angles <= 210)", "angles >= 150"),
         ("back = np.abs(angles % 360 - 180) <= 30", "np.abs(angles % 360 - 180) <= 30"),
-        (
-            "back = 150 < scan.angle_min + beam * scan.angle_increment",
-            "150 < scan.angle_min + beam * scan.angle_increment",
-        ),
-        ("back = abs(angles - math.pi) <= 30", ""),
+        ("back = [each for each in beams if 150 < each * scan.angle_increment]", "150 < each * scan.angle_increment"),
+        ("back = abs(angles % (2 * math.pi) - math.pi) <= 30", "abs(angles % (2 * math.pi) - math.pi) <= 30"),
+        ("back = abs(angles - math.pi) <= 0.5", ""),
+        ("back = angles * DEGREE >= 150", ""),
+        ("back = (scan.angle_min + scan.angle_increment * DEGREE) >= 150", ""),
+        ("factor = 180 / math.pi; back = [each * scan.angle_increment * factor >= 150 for each in beams]", ""),
+        ("factor = 180 / math.pi; back = angles >= 150", ""),
+        ("angles *= DEGREE; back = angles >= 150", ""),
         ("back = np.degrees(angles) >= 150", ""),
         ("angles = in_degrees(angles); back = angles >= 150", ""),
         ("back = in_degrees(angles) >= 150", ""),
@@ -635,8 +638,8 @@ TELLS = "compares radians with degrees: the angles of a scan are in radians, and
     ],
 )
 def test_angles_in_radians_that_are_compared_with_degrees_are_told(line, told):
-    found = slips(f"def rear(scan):\n    {ANGLES}\n    {line}\n    return back\n")
-    assert found == ([f"note: line 3: `{told}` {TELLS}"] if told else [])
+    found = slips(f"def rear(scan):\n    'In degrees.'\n    {ANGLES}\n    {line}\n    return back\n")
+    assert found == ([f"note: line 4: `{told}` {TELLS}"] if told else [])
 
 
 CHECKED = """class Checked(Node):
