@@ -177,9 +177,36 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     assert places[0][:2] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
     assert all(0.04 < math.dist(one[:2], other[:2]) < 0.2 for one, other in itertools.pairwise(places))
     assert [at for *_, at in places] == sorted({at for *_, at in places})  # s of the world's time
-    kernel.run("ros.stop('world')")
-    while data.get("path") != {"anew": True, "places": None}:
-        data = page.event()["data"]
+
+
+def path_until(page: Client, condition) -> list:
+    """Follow the view until the path that it draws is so."""
+    places: list = []
+    while not condition(places):
+        if path := page.event()["data"].get("path"):
+            places = ([] if path["anew"] else places) + (path["places"] or [])
+    return places
+
+
+def test_the_path_in_real_time_is_shown_to_a_page_that_comes_later_and_begins_where_the_robot_is_put(kernel, page):
+    kernel.run(
+        "import math\nfrom course.world import ROOMS\nfrom geometry_msgs.msg import Twist, Vector3\n"
+        "world = ros.start(World, parameters={'room': 'hall', 'speed': 4.0}).node\n"
+        "forward = ros.node.create_publisher(Twist, 'cmd_vel', 10)\n"
+        "ahead = Twist(linear=Vector3(x=0.3))\n"
+        "start = ROOMS['hall'].start[:2]\n"
+        "assert ros.until(lambda: forward.publish(ahead) or math.dist(world.simulation.pose[:2], start) > 0.5, 30.0)"
+    )
+    page.subscribe("robot")
+    first, *_ = path_until(page, lambda places: len(places) > 8)
+    assert first[:2] == pytest.approx(ROOMS["hall"].start[:2], abs=0.01)
+    page.ask("robot.place", x=6.0, y=4.0, heading=0.0)
+    first, *_ = path_until(page, lambda places: places and places[-1][0] > 5.5)
+    assert math.dist(first[:2], (6.0, 4.0)) < 0.7  # no line leads there
+    kernel.run("ros.stop('world')\nros.start(World, parameters={'room': 'pillars'})")
+    first, *_ = path_until(page, lambda places: places and places[-1][0] < 2.0)
+    assert first[:2] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
+    kernel.run("ros.node.destroy_publisher(forward)")
 
 
 def test_commands_that_a_cell_publishes_with_the_sessions_own_node_are_shown(kernel, page):

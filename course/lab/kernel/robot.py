@@ -21,6 +21,8 @@ from course.world.simulation import OBSTACLE, Robot, in_the_way, no_room
 FOUND = 5.0  # s that the world may take to be discovered, and to react to a command
 NEAR = 0.3  # m from the place where the robot was put, because it may drive on
 STRIDE = 0.05  # m between two places of a path
+JUMP = 0.7  # m between two places: the robot was put there instead of driving
+PLACES = 1200  # the last ones of a path, which a page keeps
 # The content of a new page.
 UNSAID: dict[str, Any] = {
     "command": None,
@@ -85,7 +87,7 @@ class RobotFeed:
             news["room"] = {"name": name, "walls": lines, "began": listener.began / 1e6}  # ms
         if (state := listener.state()) != self._sent.get("state", ""):
             self._sent["state"] = news["state"] = state
-        if path := self._path.news(listener.fast_world()):
+        if path := self._path.news(listener.own_world(), bool(listener.nodes("/scan"))):
             news["path"] = path
         nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.commanders}
         if nodes != self._sent.get("nodes"):
@@ -98,31 +100,42 @@ class RobotFeed:
 
 
 class _Path:
-    """The path of a world in fast mode, piece by piece: its robot may cross the room between two looks."""
+    """The path of this kernel's world, piece by piece.
+
+    In fast mode its robot may cross the room between two looks; in real time a page that comes later sees it, too.
+    """
 
     def __init__(self) -> None:
         self._simulation: Any = None
         self._read = 0  # moments of the simulation
         self._last: tuple[float, float] | None = None
 
-    def news(self, world: World | None) -> dict[str, Any] | None:
-        """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None without news."""
+    def news(self, world: World | None, seen: bool) -> dict[str, Any] | None:
+        """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None without news.
+
+        The path of a world that has ended stays until another robot is `seen`, whose path is not told.
+        """
         if world is None:
-            told, self._simulation = self._simulation is not None, None
-            return {"anew": True, "places": None} if told else None
+            if not seen or self._simulation is None:
+                return None
+            self._simulation = None
+            return {"anew": True, "places": None}
         simulation = world.simulation
         count, rows = simulation.path_since(self._read)
         anew = simulation is not self._simulation or count < self._read  # the world was reset
         if anew:
             self._simulation, self._last = simulation, None
             count, rows = simulation.path_since(0)
-        places = []
+        places: list[list[float]] = []
         for at, x, y, _ in rows:
-            if self._last is None or math.dist(self._last, (x, y)) >= STRIDE:
+            moved = STRIDE if self._last is None else math.dist(self._last, (x, y))
+            if moved > JUMP:
+                anew, places = True, []
+            if moved >= STRIDE:
                 self._last = x, y
                 places.append([round(float(value), 2) for value in (x, y, at)])
         self._read = count
-        return {"anew": anew, "places": places} if places or anew else None
+        return {"anew": anew, "places": places[-PLACES:]} if places or anew else None
 
 
 def rooms() -> dict[str, str]:

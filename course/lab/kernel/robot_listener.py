@@ -202,12 +202,17 @@ class RobotListener:
             self._state = ""
         return self._state
 
-    def fast_world(self) -> World | None:
-        """Return this kernel's world that publishes the scan in fast mode; it publishes no walls, but has its path."""
+    def own_world(self) -> World | None:
+        """Return this kernel's world that publishes the scan: its path is known."""
         world = latest()
-        if world is not None and world.fast and world.context is self.live.context and "/world" in self.nodes("/scan"):
+        if world is not None and world.context is self.live.context and "/world" in self.nodes("/scan"):
             return world
         return None
+
+    def fast_world(self) -> World | None:
+        """Return this kernel's world that publishes the scan in fast mode; it publishes no walls."""
+        world = self.own_world()
+        return world if world is not None and world.fast else None
 
     def _fast_simulation(self) -> Simulation | None:
         """Return the simulation of the world in fast mode that there is, or was last if none has shown its walls since.
