@@ -552,7 +552,7 @@ def main() -> None:
     except InfrastructureError as error:
         _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
     except OSError as error:
-        _fail(_stopped(f"{error.filename or 'writing'}: {error.strerror}"), INFRASTRUCTURE)
+        _fail(_stopped(f"{error.filename or 'writing'}: {storage.why(error)}"), INFRASTRUCTURE)
     except Exception as error:
         if not (why := _database_refuses(error)):
             raise

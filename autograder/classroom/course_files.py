@@ -278,9 +278,13 @@ def _set_aside(grading: int) -> bytes:
 
 
 def _outbound(classroom: Classroom) -> dict[str, bytes]:
-    """Return the released files by their paths in the exchange, read as an instructor."""
+    """Return the released files by their paths in the exchange, read as an instructor.
+
+    What a release that was killed has left, under a name that begins with a full stop, is left out.
+    """
     uid, gid = accounts.ids(classroom, classroom.instructors[0])
-    return homes.read(classroom.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(classroom)])
+    found = homes.read(classroom.exchange / COURSE_ID, "outbound", uid, gid, [accounts.staff_id(classroom)])
+    return {path: content for path, content in found.items() if not path.startswith(".")}
 
 
 def _share(folder: int, name: str, staff: int, mode: int) -> None:

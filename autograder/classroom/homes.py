@@ -9,7 +9,9 @@ import ctypes
 import errno
 import json
 import os
+import secrets
 import select
+import shutil
 import signal
 import stat
 import subprocess
@@ -241,13 +243,26 @@ def _lay(home: int, things: Mapping[str, Mapping[str, bytes]]) -> bytes:
         try:
             kind = _kind(folder, name)
             if not kind:
-                for path, content in files.items():
-                    _write(folder, PurePosixPath(name, path), content)
+                _lay_whole(folder, name, files)
             elif kind != (stat.S_IFREG if "" in files else stat.S_IFDIR):
                 without_place.append(thing)
         finally:
             os.close(folder)
     return "\n".join(without_place).encode()
+
+
+def _lay_whole(folder: int, name: str, files: Mapping[str, bytes]) -> None:
+    """Write a thing into an open folder, whole or not at all: whatever bears its name is not written again."""
+    draft = f".part-{secrets.token_hex(8)}"
+    try:
+        for path, content in files.items():
+            _write(folder, PurePosixPath(draft, path), content)
+        os.rename(draft, name, src_dir_fd=folder, dst_dir_fd=folder)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            os.unlink(draft, dir_fd=folder)
+        shutil.rmtree(draft, ignore_errors=True, dir_fd=folder)
+        raise
 
 
 def _write(folder: int, path: PurePosixPath, content: bytes) -> None:

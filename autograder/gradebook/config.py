@@ -5,6 +5,7 @@ from traitlets.config import Config
 
 from autograder.gradebook.exchange_collect import RegularCollect
 from autograder.gradebook.exchange_feedback import ReleaseFeedback
+from autograder.gradebook.exchange_release import WholeRelease
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
 from course.foundation.cells import STUB
@@ -23,6 +24,9 @@ def apply(c: Config) -> None:
     c.GenerateFeedback.exporter_class = FeedbackPage
     c.GenerateFeedback.preprocessors = []
     c.GenerateFeedback.force = True  # a mark by hand changes no file by which nbgrader could see that a page is old
+
+    # An exercise is in the exchange whole, or not at all.
+    c.ExchangeFactory.release_assignment = WholeRelease
 
     # A folder in the exchange that cannot be collected is named, and the others are collected.
     c.ExchangeFactory.collect = RegularCollect

@@ -33,6 +33,8 @@ SLOW = timedelta(minutes=2)  # that a hand-in may take before its time is doubte
 MINUTES = "%Y-%m-%d %H:%M"
 GROUP_FOLDER, GROUP_FILE = 0o2770, 0o660  # what the group may do in a course folder that it shares
 NO_TIME = datetime(1970, 1, 1)  # in nbgrader's form: UTC, without a time zone
+FULL = (errno.ENOSPC, errno.EDQUOT)
+OF_THE_DISK = (*FULL, errno.EIO, errno.EROFS)  # errors that are not about one file that a student has handed in
 
 
 class Few:
@@ -61,7 +63,7 @@ class RegularCollect(ExchangeCollect):
 
     nbgrader's own class stops at a pipe, a folder of more than 100 MB or a name without a time, and then collects
     nothing of the students who follow.  It copies what links lead to, for example a solution that only the instructor
-    may read.
+    may read.  On a full disk it leaves a part of a submission, and takes that for a collected one afterwards.
     """
 
     by_owner = Bool(
@@ -137,10 +139,7 @@ class RegularCollect(ExchangeCollect):
         user = os.lstat(path).st_uid
         if self._members is not None:
             return self._members.get(user, "")
-        try:
-            return pwd.getpwuid(user).pw_name
-        except KeyError:
-            return ""
+        return _user(user)
 
     def _path(self, record: dict[str, Any]) -> str:
         return os.path.join(self.inbound_path, record["filename"])
@@ -179,9 +178,64 @@ class RegularCollect(ExchangeCollect):
         late = bool(self.before_duedate and self.duedate and record["timestamp"] > self.duedate)
         return not late, record["timestamp"]
 
+    def copy_files(self) -> None:
+        """Lay out each submission, whole or not at all; one that is there whole stays until the new one is.
+
+        Ends at once with nbgrader's ExchangeError on a full disk, and after the last one if another could not be laid
+        out.
+        """
+        exercise, course = self.coursedir.assignment_id, self.coursedir.course_id
+        if not self.src_records:
+            self.log.warning("No submissions of '%s' for course '%s' to collect", exercise, course)
+            return
+        self.log.info("Processing %d submissions of '%s' for course '%s'", len(self.src_records), exercise, course)
+        failed = []
+        for record in self.src_records:
+            student, path = record["username"], self._path(record)
+            target = Path(self.coursedir.format_path(self.coursedir.submitted_directory, student, exercise))
+            if not self._is_wanted(record, target):
+                newest = "No newer submission to collect"
+                known = newest if self.update else "Submission already exists, use --update to update"
+                self.log.info("%s: %s %s", known, student, exercise)
+                continue
+            self._compare_owner(student, path)
+            self.log.info("%s submission: %s %s", "Updating" if target.is_dir() else "Collecting", student, exercise)
+            try:
+                with storage.folder(target) as draft:
+                    self.do_copy(path, str(draft))
+            except OSError as error:
+                if error.errno in FULL:
+                    self.fail(
+                        f"the disk with {shown(str(target.parent))} is full ({error.strerror}): {student} was not "
+                        "collected, nor are those who follow. Make room there, and collect again"
+                    )
+                self.log.error("%s %s was not collected: %s: %s", student, exercise, target, error.strerror)
+                failed.append(student)
+        if failed:
+            self.fail(f"{', '.join(failed)}: not collected. Correct what is said above, and collect again")
+
+    def _is_wanted(self, record: dict[str, Any], target: Path) -> bool:
+        """Return True if a hand-in is to be laid out, as nbgrader decides it."""
+        if not target.is_dir():
+            return True
+        there = self.coursedir.get_existing_timestamp(str(target))
+        newer = there is None or record["timestamp"] > there
+        return bool((self.update and newer) or (self.before_duedate and there != record["timestamp"]))
+
+    def _compare_owner(self, student: str, path: str) -> None:
+        """Warn, as nbgrader does, if a hand-in belongs to another user than the one whom it names."""
+        if not self.check_owner:
+            return
+        with contextlib.suppress(OSError):  # it has just disappeared
+            if (owner := _user(os.stat(path).st_uid)) != student:
+                self.log.warning("%s is of %s by its name, and was put there by %s", shown(path), student, owner)
+
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
-        """Copy the regular files; logs those that are left out as too large or unreadable."""
-        Path(dest).mkdir(parents=True)
+        """Copy the regular files; logs those that are left out as too large or unreadable.
+
+        Raises OSError when the disk cannot take them.
+        """
+        Path(dest).mkdir(parents=True, exist_ok=True)
         files, space, seen, left = MOST_FILES, MOST_BYTES, 0, Few(self.log)
         unwanted = ignore_patterns(self.coursedir.ignore, self.coursedir.include)
         largest = space
@@ -210,6 +264,8 @@ class RegularCollect(ExchangeCollect):
                     size, written = copy_file(name, descriptor, copy, min(space, largest) if files else 0)
                     space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
+                    if error.errno in OF_THE_DISK:
+                        raise
                     why = "it is a link" if error.errno == errno.ELOOP else error.strerror or error
                     left.tell("%s was left out: %s", shown(os.path.join(folder, name)), why)
         left.end("%s: %d more were left out", shown(src))
@@ -242,6 +298,14 @@ class OwnersCollect(RegularCollect):
     """
 
     by_owner = Bool(True).tag(config=True)
+
+
+def _user(number: int) -> str:
+    """Return the name of a user of this machine; '' if there is none with this number."""
+    try:
+        return pwd.getpwuid(number).pw_name
+    except KeyError:
+        return ""
 
 
 def _changed(path: str | int) -> datetime:

@@ -1,10 +1,13 @@
-"""Replacing a file atomically: a reader finds either the old content or the new, even after a power cut."""
+"""Replacing a file or a folder: a reader finds either the old content or the new, a file's even after a power cut."""
 
+import contextlib
 import errno
 import os
+import secrets
+import shutil
 import stat
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
@@ -29,6 +32,38 @@ def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> 
     except BaseException:
         draft.unlink(missing_ok=True)  # frees the space on a full disk
         raise
+
+
+@contextlib.contextmanager
+def folder(target: Path, mode: int = 0o777) -> Iterator[Path]:
+    """Yield an empty folder beside `target` to be filled; at the end of the block it takes the place of `target`.
+
+    If the block raises an error, or the folder cannot take that place (OSError), nothing has changed.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    draft, former = (target.with_name(f".{kind}-{secrets.token_hex(8)}") for kind in ("part", "former"))
+    try:
+        draft.mkdir(mode)
+        yield draft
+        if target.is_dir() and not target.is_symlink():
+            target.rename(former)
+        try:
+            draft.rename(target)
+        except OSError:
+            if former.exists():
+                former.rename(target)
+            raise
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)  # frees the space on a full disk
+        raise
+    shutil.rmtree(former, ignore_errors=True)
+
+
+def why(error: OSError) -> str:
+    """Return what the system says is wrong, in a few words; also for the error of a copied folder of `shutil`."""
+    if isinstance(error, shutil.Error) and isinstance(error.args[0], list):
+        return str(error.args[0][0][-1])  # of the first file
+    return error.strerror or str(error)
 
 
 def refused(named: Path) -> str:

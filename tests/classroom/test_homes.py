@@ -3,12 +3,13 @@
 `renameat2` with RENAME_EXCHANGE changes a folder and a link for each other at once, in a loop.
 """
 
+import errno
 import os
 import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import pytest
 from nbgrader.api import Gradebook
@@ -184,6 +185,26 @@ def test_a_full_home_is_told_and_hurts_nobody_else(home):
     home.chmod(0o500)
     with pytest.raises(ClassroomError, match="Permission denied"):
         homes.lay(home, OWNER, OWNER, {"a": {"": b""}})
+
+
+@pytest.mark.parametrize("things", [{"a": {"b": b"new", "c/d": b"new"}}, {"a": {"": b"new"}}], ids=["folder", "file"])
+def test_on_a_full_disk_a_thing_is_laid_whole_or_not_at_all(home, monkeypatch, things):
+    """What is there already is never written again."""
+    write = homes._write
+
+    def full(folder: int, path: PurePosixPath, content: bytes) -> None:
+        write(folder, path, content[:1])
+        if path.name != "b":
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(homes, "_write", full)
+    with pytest.raises(ClassroomError, match="No space left on device"):
+        homes.lay(home, OWNER, OWNER, things)
+    assert not list(home.iterdir())
+    monkeypatch.undo()
+    homes.lay(home, OWNER, OWNER, things)
+    written = [path for path in home.rglob("*") if path.is_file()]
+    assert len(written) == len(things["a"]) and all(path.read_bytes() == b"new" for path in written)
 
 
 def test_a_home_that_was_kept_is_given_without_what_is_elsewhere_too(home, tmp_path):

@@ -1,17 +1,20 @@
 """`nbgrader collect` in a plain exchange: what a student has put there costs nobody else a hand-in."""
 
+import errno
 import os
+import shutil
 import stat
 from pathlib import Path
 
 import pytest
 from nbgrader.coursedir import CourseDirectory
-from nbgrader.exchange import ExchangeFactory
+from nbgrader.exchange import ExchangeError, ExchangeFactory
 from traitlets.config import Config
 
 from autograder.gradebook.config import apply
 from autograder.gradebook.exchange_collect import MOST_TOLD, SECRETS, TIMESTAMP
 from course.environment import prepare
+from course.foundation import storage
 
 TIME = "2026-01-0{} 10:00:00.000000 UTC"
 SECRET = "0123456789abcdef"
@@ -144,6 +147,97 @@ def test_what_was_collected_before_with_a_strange_time_is_named(inbound, collect
         hand_in(inbound, student)
     assert collect(update=True) == as_collected("ada") | as_collected("zoe") | {f"eve/calculator/{TIMESTAMP}": "noon"}
     assert f"{kept / TIMESTAMP} is not a time: remove that folder, and collect again" in caplog.text
+
+
+@pytest.fixture
+def disk(monkeypatch):
+    """Makes the disk fail with the file of a name in a student's folder, of which it still takes a part."""
+    write, replace = Path.write_bytes, storage.replace
+
+    def fail(student: str, name: str, number: int) -> None:
+        def failing(path: Path, content: bytes) -> int:
+            if path.name == name and student in path.parts:
+                write(path, content[:2])
+                raise OSError(number, os.strerror(number))
+            return write(path, content)
+
+        def failing_too(path: Path, content: bytes) -> None:
+            replace(path, content) if path.name != name or student not in path.parts else failing(path, content)
+
+        monkeypatch.setattr(Path, "write_bytes", failing)
+        monkeypatch.setattr(storage, "replace", failing_too)
+
+    return fail
+
+
+@pytest.mark.parametrize("name", ["a.py", TIMESTAMP])
+@pytest.mark.parametrize("update", [False, True])
+def test_on_a_full_disk_a_submission_is_whole_or_not_there(inbound, collect, tmp_path, disk, monkeypatch, name, update):
+    wanted = as_collected("ada") | as_collected("eve") | as_collected("zoe")
+    before = as_collected("eve") if update else {}
+    if update:
+        hand_in(inbound, "eve")
+        collect()
+    for student in ("ada", "eve", "zoe"):
+        folder = hand_in(inbound, student, 2 if update else 1)
+        (folder / TIMESTAMP).unlink()
+    if update:
+        wanted = as_collected("ada", 2) | as_collected("eve", 2) | as_collected("zoe", 2)
+    disk("eve", name, errno.ENOSPC)
+    with pytest.raises(ExchangeError) as told:
+        collect(update=update)
+    submitted = tmp_path / "course" / "submitted"
+    assert f"the disk with {submitted}/eve is full (No space left on device)" in str(told.value)
+    assert "\n" not in str(told.value) and str(told.value).endswith("Make room there, and collect again")
+    found = {str(path.relative_to(submitted)): path.read_text() for path in submitted.rglob("*") if path.is_file()}
+    assert {path: text for path, text in found.items() if path.startswith("eve/")} == before
+    monkeypatch.undo()
+    assert collect(update=update) == wanted
+    assert not list(submitted.rglob(".*"))
+
+
+def test_what_the_disk_cannot_take_of_one_student_costs_nobody_else(inbound, collect, tmp_path, disk, caplog):
+    for student in ("ada", "eve", "zoe"):
+        hand_in(inbound, student)
+    disk("eve", "a.py", errno.EIO)
+    with pytest.raises(ExchangeError, match="eve: not collected"):
+        collect()
+    submitted = tmp_path / "course" / "submitted"
+    assert sorted(path.parent.name for path in submitted.glob("*/calculator")) == ["ada", "zoe"]
+    assert f"eve calculator was not collected: {submitted}/eve/calculator: Input/output error" in caplog.text
+
+
+def test_on_a_full_disk_an_exercise_is_released_whole_or_not_at_all(tmp_path, monkeypatch):
+    prepare()
+    (tmp_path / "course/release/calculator").mkdir(parents=True)
+    for name in ("a.ipynb", "b.ipynb"):
+        (tmp_path / "course/release/calculator" / name).write_text(name)
+    copy = shutil.copy2
+
+    def full(source: str, target: str, **options: object) -> object:
+        if Path(source).name == "b.ipynb":
+            Path(target).write_text("")
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), target)
+        return copy(source, target)
+
+    config = Config()
+    apply(config)
+    config.Exchange.root = str(tmp_path / "exchange")
+    config.CourseDirectory.assignment_id, config.CourseDirectory.root = "calculator", str(tmp_path / "course")
+    own = CourseDirectory(config=config)
+    outbound = tmp_path / "exchange/ros2/outbound"
+    monkeypatch.setattr(shutil.copytree, "__defaults__", (False, None, full, False, False))
+    with pytest.raises(
+        ExchangeError, match="outbound/calculator could not be written, so nothing is released: .*No sp"
+    ):
+        ExchangeFactory(config=config).ReleaseAssignment(coursedir=own, config=config).start()
+    assert not list(outbound.iterdir())
+    monkeypatch.undo()
+    ExchangeFactory(config=config).ReleaseAssignment(coursedir=own, config=config).start()
+    assert {path.name: path.read_text() for path in outbound.rglob("*.ipynb")} == {
+        "a.ipynb": "a.ipynb",
+        "b.ipynb": "b.ipynb",
+    }
 
 
 def test_the_course_folders_choice_of_files_and_its_group_are_kept(inbound, collect, tmp_path):
