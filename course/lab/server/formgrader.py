@@ -15,6 +15,7 @@ from jinja2 import Environment, FileSystemLoader
 from nbconvert.exporters import HTMLExporter
 from tornado.web import Application, HTTPError
 
+from course.lab.server import shown_files
 from course.notebook import own_path
 
 IN_SCRIPT = re.compile(r'"\{\{ (\w+) \}\}"(?=;)')  # the value of a variable of JavaScript
@@ -50,19 +51,13 @@ class Exporter(HTMLExporter):
         return super().from_filename(filename, shown, **kw)
 
 
-def confine(handler: Any, path: str) -> None:
-    """For Formgrader's handler of handed-in files: they run no script, and are of no origin, as below /files/."""
-    if handler.get_content_type() != "application/pdf":  # which browsers show in a viewer of their own, or not at all
-        handler.set_header("Content-Security-Policy", f"{handler.content_security_policy}; sandbox")
-
-
 def guard() -> None:
     """Have Formgrader, which is not loaded yet, make its pages so, give out files so, and stay in its course."""
     from nbgrader.server_extensions.formgrader import handlers
     from nbgrader.server_extensions.formgrader.formgrader import FormgradeExtension
 
     own_path.keep_path()
-    handlers.SubmissionFilesHandler.set_extra_headers = confine
+    handlers.SubmissionFilesHandler.set_extra_headers = shown_files.confine
     show = handlers.FormgraderHandler.get
 
     def get(handler: handlers.FormgraderHandler) -> None:
