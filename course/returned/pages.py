@@ -9,6 +9,7 @@ from pathlib import Path
 from course.errors import BadArchive, FeedbackError
 from course.foundation import storage
 from course.foundation.untrusted import Allowance, Archive, read_regular
+from course.returned.made import check
 from course.returned.record import Feedback, read
 
 FOLDER = "feedback"  # in the exercise's folder; nbgrader puts pages there too
@@ -19,26 +20,27 @@ ZIP = b"PK"  # the beginning of a zip archive
 
 
 def take(file: Path) -> tuple[Feedback, bytes]:
-    """Return the page in `file`, which may be an archive; raises FeedbackError."""
+    """Return the page in `file`, which may be an archive; raises FeedbackError, also for one not of the grader's."""
     try:
         content = read_regular(file, LARGEST_ARCHIVE)
     except OSError as error:
         raise FeedbackError(f"{file} cannot be read: {error.strerror}") from None
     except ValueError as error:
         raise FeedbackError(f"{file} is not a feedback page: {error}") from None
-    if not content.startswith(ZIP):
-        try:
-            return read(content[:LARGEST]), content
-        except FeedbackError as error:
-            raise FeedbackError(f"{file}: {error}") from None
     found = []
-    for page in _pages_in(file, content):
-        with contextlib.suppress(FeedbackError):
-            found.append((read(page[:LARGEST]), page))
-    if len(found) != 1:
-        what = f"{len(found)} pages" if found else "no page"
-        raise FeedbackError(f"{file} contains {what} of feedback: name the page that you want to read")
-    return found[0]
+    if content.startswith(ZIP):
+        for page in _pages_in(file, content):
+            with contextlib.suppress(FeedbackError):
+                found.append((read(page[:LARGEST]), page))
+        if len(found) != 1:
+            what = f"{len(found)} pages" if found else "no page"
+            raise FeedbackError(f"{file} contains {what} of feedback: name the page that you want to read")
+    try:
+        feedback, page = found[0] if found else (read(content[:LARGEST]), content)
+        check(page)
+    except FeedbackError as error:
+        raise FeedbackError(f"{file}: {error}") from None
+    return feedback, page
 
 
 def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:

@@ -7,6 +7,7 @@ import sys
 import tempfile
 import time
 import zipfile
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from nbgrader.exchange.default.exchange import Exchange
 from nbgrader.utils import notebook_hash
 
 import course
+from autograder.records import Report, Result
+from autograder.results import feedback
 from course.errors import FeedbackError
-from course.returned import nbgrader_exchange, pages, reading, record, shown
+from course.returned import made, nbgrader_exchange, pages, reading, record, shown
 from course.returned.record import Feedback, Mark, Test
 
 COURSE = str(Path(sys.executable).with_name("course"))
@@ -30,8 +33,15 @@ FOUND = Feedback("ada", "services", "Services", "graded", 10.0, 15.0, TESTS)
 HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)>\x1b[2J"
 
 
+HEAD = (
+    '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+    '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+    """<meta http-equiv="Content-Security-Policy" content="default-src 'none'; style-src 'unsafe-inline'">\n"""
+)
+
+
 def page(found: Feedback) -> bytes:
-    return f'<html><head><meta name="course-feedback" content="{escape(found.to_text())}"></head></html>'.encode()
+    return f'{HEAD}<meta name="course-feedback" content="{escape(found.to_text())}">\n</head>\n</html>'.encode()
 
 
 @pytest.fixture
@@ -151,6 +161,81 @@ def test_only_the_first_megabytes_of_a_page_are_parsed(packed, tmp_path):
         came.write_bytes(long)
     with pytest.raises(FeedbackError):
         pages.take(came)
+
+
+def graders_pages() -> dict[str, bytes]:
+    """Every kind of page that the grader writes, full of what a page might do."""
+    results = [Result("a", HOSTILE, outcome, 0, 4, HOSTILE) for outcome in ("failed", "timed_out", "not_run")]
+    whole = Report("ada", "services", "graded", 1.0, 9.0, 1, 1.0, [], [*results, Result("b", "b", "passed", 1, 1)])
+    marks = [Mark(HOSTILE, None, 6.0, HOSTILE, waiting=True), Mark("relay", 1.5, 6.0), Mark("late", -2.0, 0.0)]
+    kinds = {
+        "graded": feedback.page(whole),
+        "with all it may say": feedback.page(
+            replace(whole, flags=["unsafe", "killed_judge", "time_unknown"], logs={"a.py": HOSTILE}), marks
+        ),
+        "refused": feedback.page(replace(whole, status="invalid_submission")),
+        "not graded yet": feedback.page(replace(whole, status="infrastructure_error", tests=[])),
+    }
+    return {kind: text.encode() for kind, text in kinds.items()}
+
+
+def test_every_page_of_the_grader_is_taken(tmp_path):
+    for text in graders_pages().values():
+        for came in (text, text.replace(b"\n", b"\r\n")):
+            (tmp_path / "came.html").write_bytes(came)
+            assert pages.take(tmp_path / "came.html")[1] == came
+
+
+POLICY = b"default-src 'none'; style-src 'unsafe-inline'"
+RUN = b"<script>alert(1)</script>"
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"</body>", RUN + b"</body>"),
+        (b"</body>", b"<ScRiPt/x>alert(1)</sCrIpT></body>"),
+        (b"</body>", b"<iframe src=javascript:alert(1)></iframe></body>"),
+        (b"</body>", b"<img src=https://evil.example/x></body>"),
+        (b"</body>", b'<a href="https://evil.example">a page</a></body>'),
+        (b"</body>", b"<form><input></form></body>"),
+        (b"</body>", b"<!-- <p> --></body>"),
+        (b"</body>", b"<p</body>"),
+        (b"</body>", b" " * pages.LARGEST + RUN + b"</body>"),  # beyond what is parsed
+        (b"<h1>", b"<h1 onclick=alert(1)>"),
+        (b"<h1>", b'<h1 style="position:fixed">'),
+        (b'class="score"', b'class="score" onclick="alert(1)"'),
+        (b'class="score"', b'class="score"onclick="alert(1)"'),
+        (b"<title>", b'<title><meta name="course-feedback" content="</title>' + RUN + b'">'),
+        (b"<style>", b"<style></style>" + RUN + b"<style>"),
+        (POLICY, b"default-src *"),
+        (POLICY, POLICY + b"; script-src 'unsafe-inline'"),
+        (b"<title>", b'<meta http-equiv="refresh" content="0;url=https://evil.example"><title>'),
+        (b'<meta http-equiv="Content-Security-Policy" content="' + POLICY + b'">', b""),
+        (b'<html lang="en">', b'<html lang="en"><body>'),  # a policy in the body does not count
+        (b"<!doctype html>", b"\0<!doctype html>"),
+        (b"<!doctype html>", b"<?xml version='1.0'?><!doctype html>"),
+    ],
+)
+def test_a_page_that_was_changed_is_not_kept(folder, tmp_path, old, new, packed):
+    came = graders_pages()["with all it may say"].replace(old, new, 1)
+    if packed:
+        with zipfile.ZipFile(tmp_path / "came", "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("ada.html", came)
+    else:
+        (tmp_path / "came").write_bytes(came)
+    with pytest.raises(FeedbackError, match="came: it was not made by the course's grader, or somebody has changed it"):
+        reading.take(tmp_path / "came", folder)
+    assert not (folder / "feedback").exists()
+
+
+@pytest.mark.parametrize("part", [b"<p>", b"<", b"a<p>", b'<p class="', b"<meta name="])
+def test_a_long_page_is_looked_through_in_a_time_in_proportion_to_its_size(part):
+    begun = time.process_time()
+    with pytest.raises(FeedbackError):
+        made.check(page(FOUND) + part * (10_000_000 // len(part)) + b"<b>")
+    assert time.process_time() - begun < 20  # s of this process alone, on a busy machine; about 2
 
 
 def test_a_page_of_a_later_form_says_so():
