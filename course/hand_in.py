@@ -255,7 +255,7 @@ def deliver(found: HandIn, folder: Path, name: str, checked: Checked) -> HandedI
 def read(folder: Path) -> HandIn:
     """Return the contents of `folder` to hand in, as saved; raises HandInError."""
     found = {}
-    for path in sorted(folder.glob("*.ipynb")):
+    for path in cells.notebooks(folder):
         try:
             known = cells.read(path)
         except UnreadableNotebook as error:

@@ -307,9 +307,7 @@ def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
     if not named or (found[1] and found[1] not in re.split(r"\s*-\s*", named[1])):
         return ""
     name = re.sub(r"\s", "", named[1])
-    known = [
-        cell.name for _, page in cells.readable(sorted(Path().glob("*.ipynb"))) for cell in page if cell.public_check
-    ]
+    known = [cell.name for _, page in cells.readable(cells.notebooks(Path())) for cell in page if cell.public_check]
     name = cells.check_meant([name], known) or name
     return f"The name of a check is a text, in quotation marks: `course.check('{name}')`."
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from course.explaining.imports import is_there, wrong_import
 from course.explaining.mixups import hidden_by_file
 from course.explaining.source import functions, methods, name_of, node_classes, outside_of_its_class, parse, runs_out
+from course.foundation import cells
 from course.foundation.untrusted import read_regular
 
 MOST = 1_000_000  # bytes of a file that is searched
@@ -250,7 +251,7 @@ def is_module(found: re.Match[str], source: str) -> str:
         return f"There is no package {package}: did you mean {' or '.join(f'`{each}`' for each in there)}?"
     if package.endswith("_interfaces") or package == "my_package":
         return f"{package} is not built here: run the cell that builds it, with `%%exercise` or `build(...)`."
-    for notebook in Path().glob("*.ipynb"):  # one that lacks the file of an exercise's cell
+    for notebook in cells.notebooks(Path()):  # one that lacks the file of an exercise's cell
         with contextlib.suppress(OSError, ValueError):
             if f'"%%exercise {package}.py' in read_regular(notebook, MOST).decode(errors="replace"):
                 return f"{package}.py is not in this folder yet: run the cell `%%exercise {package}.py` first."

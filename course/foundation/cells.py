@@ -70,6 +70,14 @@ def read(path: Path) -> list[Cell]:
     return parse(content)
 
 
+def notebooks(folder: Path) -> list[Path]:
+    """Return a folder's notebooks, sorted by name.
+
+    Hidden ones are left out: where JupyterLab could not save, on a full disk, it leaves an empty `.~NAME.ipynb`.
+    """
+    return sorted(path for path in folder.glob("*.ipynb") if not path.name.startswith("."))
+
+
 def readable(paths: Iterable[Path]) -> Iterator[tuple[Path, list[Cell]]]:
     """Each notebook with its cells; those that cannot be read are left out."""
     for path in paths:

@@ -26,7 +26,7 @@ def check(name: str = "") -> None:
     session = current()
     if session and (why := session.elsewhere):
         print(f"note: {why}")
-    known = {cell.name: cell.source for path in sorted(Path().glob("*.ipynb")) for cell in cells.read(path)
+    known = {cell.name: cell.source for path in cells.notebooks(Path()) for cell in cells.read(path)
              if cell.public_check}  # fmt: skip
     _expect_text(name, known)
     checks = {found: source for found, source in known.items() if name in ("", found)}

@@ -15,7 +15,7 @@ ALIKE = 0.6  # least similarity of a name and the one that is meant
 def wanted_files(folder: Path = Path()) -> list[str]:
     """Return the names of the files that the public checks of the notebooks in `folder` use, sorted."""
     found: set[str] = set()
-    for _, known in cells.readable(folder.glob("*.ipynb")):
+    for _, known in cells.readable(cells.notebooks(folder)):
         for cell in known:
             found |= set(QUOTED.findall(cell.source)) if cell.public_check else set()
     return sorted(found)

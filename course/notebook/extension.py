@@ -234,7 +234,7 @@ def _builds(source: str, package: str) -> str:
 
 
 def _code_cells(folder: Path) -> list[tuple[Path, cells.Cell]]:
-    known = cells.readable(sorted(folder.glob("*.ipynb")))
+    known = cells.readable(cells.notebooks(folder))
     return [(path, cell) for path, of_one in known for cell in of_one if cell.kind == "code"]
 
 
@@ -311,7 +311,7 @@ def _as_check(source: str) -> list[tuple[Path, list[cells.Cell], int]]:
     """Return the notebooks in the kernel's folder with this public check: path, cells, and the check's index."""
     if "assert" not in source:  # most cells are none, and reading the notebooks takes time
         return []
-    pages = cells.readable(sorted(Path().glob("*.ipynb")))
+    pages = cells.readable(cells.notebooks(Path()))
     return [
         (path, known, at)
         for path, known in pages

@@ -47,7 +47,7 @@ def differences(folder: Path = Path()) -> dict[str, str]:
     Files that equal their cell are left out, and so are those whose cell still is the stub.
     """
     found = {}
-    for path, known in cells.readable(sorted(folder.glob("*.ipynb"))):
+    for path, known in cells.readable(cells.notebooks(folder)):
         for cell in known:
             name = written_by(cell)
             if name and (why := _difference(folder / name, path, cells.exercise_file([cell], name) or b"")):
@@ -108,7 +108,7 @@ def only_in_the_file(file: Path, content: str) -> bytes | None:
         present = read_regular(file, cells.MOST)
     except (OSError, ValueError):
         return None
-    saved = [cells.exercise_file(known, file.name) for _, known in cells.readable(sorted(file.parent.glob("*.ipynb")))]
+    saved = [cells.exercise_file(known, file.name) for _, known in cells.readable(cells.notebooks(file.parent))]
     new = content.encode("utf-8", errors="replace")
     if present in (new, *saved):
         return None

@@ -122,7 +122,7 @@ def _missing(path: Path) -> str:
     """
     folder, section = path.parent, path.stem
     if folder.is_dir():
-        others = sorted(each.name for each in folder.glob("*.ipynb"))
+        others = [each.name for each in cells.notebooks(folder)]
         called = f"if {' or '.join(others)} is meant, rename it" if others else "it was deleted or moved"
         return f"is missing: {called}"
     elsewhere = sorted(each.parent.name for each in folder.parent.glob(f"*/{path.name}"))

@@ -4,6 +4,7 @@ import contextlib
 from pathlib import Path
 
 from course.errors import FeedbackError
+from course.foundation import cells
 from course.returned import nbgrader_exchange, pages
 from course.returned.record import Feedback
 from course.returned.shown import Shown
@@ -76,4 +77,4 @@ def _fetched(assignment: str) -> list[tuple[Feedback, bytes]]:
 
 def _assignments(folder: Path) -> list[str]:
     """Return the exercises of a folder, which are named like its notebooks."""
-    return sorted(path.stem for path in folder.glob("*.ipynb"))
+    return [path.stem for path in cells.notebooks(folder)]

@@ -24,7 +24,7 @@ def no_world(node: Node, folder: Path) -> str:
 
 def _cell(folder: Path) -> str:
     """Return a sentence that names the cell of the folder's notebooks that starts a world."""
-    for path, known in cells.readable(sorted(folder.glob("*.ipynb"))):
+    for path, known in cells.readable(cells.notebooks(folder)):
         for cell in known:
             if cell.kind == "code" and not cell.public_check and STARTS.search(cell.source):
                 first = next(line for line in cell.source.splitlines() if line.strip())

@@ -19,7 +19,10 @@ import pytest
 
 from course import hand_in
 from course.errors import HandInError
+from course.foundation import cells
 from course.notebook import runs
+from course.notebook.exercise_names import wanted_files
+from course.returned import reading
 
 COURSE = str(Path(sys.executable).with_name("course"))
 NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
@@ -212,6 +215,18 @@ def test_what_cannot_be_handed_in_is_told_in_a_line(folder, break_it, says):
     assert says in ran.stderr
     assert "Traceback" not in ran.stderr
     assert list(folder.glob("*.zip")) == []
+
+
+@pytest.mark.parametrize("left", ["", "a copy"])
+def test_what_a_save_has_left_on_a_full_disk_is_no_notebook(folder, monkeypatch, left):
+    """JupyterLab leaves `.~NAME.ipynb`, which its list of files does not show."""
+    text = (folder / "greeter.ipynb").read_text()
+    (folder / ".~greeter.ipynb").write_text(text if left else "")
+    assert hand_in.read(folder).assignment == "greeter"
+    assert cells.notebooks(folder) == [folder / "greeter.ipynb"]
+    monkeypatch.chdir(folder)
+    assert wanted_files() == ["server.py"]
+    assert reading._assignments(folder) == ["greeter"]
 
 
 @pytest.mark.parametrize("where", ["notebooks/greeter", "greeter"])

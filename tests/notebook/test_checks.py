@@ -56,7 +56,10 @@ def here(tmp_path, monkeypatch):
     return shell.user_ns
 
 
-def test_check_says_in_a_line_how_each_ended(here, capsys):
+@pytest.mark.parametrize("left", [False, True], ids=["", "a save that failed on a full disk"])
+def test_check_says_in_a_line_how_each_ended(here, capsys, left):
+    if left:
+        Path(".~section.ipynb").touch()
     course.check()
     assert capsys.readouterr().out == "adds: passed\nother: not yet: NameError: name 'missing' is not defined\n"
 
