@@ -34,7 +34,8 @@ class Exercise(Beside):
 class Reset(Beside):
     """POST {"path": the notebook's, "cell": the cell's name, "file": its file's name, "text": its present text}.
 
-    The answer is {"stub": the text as released, "copy": the file that keeps the present text}, or {"error": "..."}.
+    The answer is {"stub": the text as released, "copy": the file that keeps the present text, or "" if that is the
+    same}, or {"error": "..."}.
     """
 
     @web.authenticated
@@ -47,7 +48,9 @@ class Reset(Beside):
         notebook = self.notebook(body["path"])
         try:
             stub = stubs.stub_of(notebook, cell)
-            copy = stubs.keep_copy(notebook.parent, file, text.encode(errors="replace"), "before-reset")
+            kept = None
+            if text != stub:
+                kept = stubs.keep_copy(notebook.parent, file, text.encode(errors="replace"), "before-reset")
         except CourseError as error:
             self.finish({"error": f"Nothing was changed: {error}"})
         except OSError as error:
@@ -55,7 +58,7 @@ class Reset(Beside):
         else:
             released = cells.exercise_file([cells.Cell("code", stub)], file) or b""
             file_record.note_reset(notebook.parent / file, released)
-            self.finish({"stub": stub, "copy": copy.name})
+            self.finish({"stub": stub, "copy": kept.name if kept else ""})
 
 
 def _state(notebook: Path, raw: Any) -> dict[str, Any]:

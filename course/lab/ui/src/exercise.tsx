@@ -374,9 +374,10 @@ async function reset(panel: NotebookPanel, file: File): Promise<void> {
       throw new Error(answer.error);
     }
     cell.model.sharedModel.setSource(answer.stub);
+    const kept = answer.copy ? `What you had written is in ${answer.copy}.` : 'Its cell had this text already.';
     await showDialog({
       title: `${file.name} was reset`,
-      body: `What you had written is in ${answer.copy}. The file itself stays as it is until you run the cell.`,
+      body: `${kept} The file itself stays as it is until you run the cell.`,
       buttons: [Dialog.okButton({ label: 'Close' })]
     });
   } catch (error) {
