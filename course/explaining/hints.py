@@ -875,8 +875,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'property' object is not iterable|has no attribute 'executor'", _class_for_node),
     (r"Subscription\.__init__\(\): callback should", _wrong_callback),
     (
-        r"missing 1 required positional argument: 'qos_profile'",
-        _says("The last argument is the length of the queue, usually 10: `create_publisher(Twist, 'cmd_vel', 10)`."),
+        r"(?:(create_subscription)\(\) )?missing 1 required positional argument: 'qos_profile'",
+        lambda found, source: (
+            "The last argument is the length of the queue, usually 10: "
+            + ("`create_subscription(..., 10)`." if found[1] else "`create_publisher(Twist, 'cmd_vel', 10)`.")
+        ),
     ),
     (
         r"generator already executing|Executor is already spinning",
@@ -902,6 +905,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
 NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
 # Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        r"^SyntaxError",
+        r"\bterminal\(\s*(?:python3?|ros2)\b",
+        "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`.",
+    ),
     (
         r"^IndexError",
         r"\[[^\]]*\+\s*1\]",

@@ -10,7 +10,16 @@ from pathlib import Path
 
 from course.explaining.imports import is_there, wrong_import
 from course.explaining.mixups import hidden_by_file
-from course.explaining.source import functions, methods, name_of, node_classes, outside_of_its_class, parse, runs_out
+from course.explaining.source import (
+    functions,
+    functions_of,
+    methods,
+    name_of,
+    node_classes,
+    outside_of_its_class,
+    parse,
+    runs_out,
+)
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
 
@@ -33,6 +42,11 @@ def unbound(found: re.Match[str], source: str) -> str:
             return f"`{name}` is a variable of `{outer.name}`: begin `{inner[0].name}`, which sets it, with {first}."
     if skipped := _except_goes_on(tree, name):
         return skipped
+    if _is_kept(tree, name):
+        return (
+            f"`{name}` is a variable of this function alone, and no line has set it yet. If the node's is meant, write "
+            f"`self.{name}`; if not, give it a value at the beginning."
+        )
     if any(map(any, (_stores(function, name) for function in functions(tree)))):
         return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
     for each in ast.walk(tree):
@@ -44,6 +58,21 @@ def unbound(found: re.Match[str], source: str) -> str:
                 "method."
             )
     return ""
+
+
+def _is_kept(tree: ast.Module, name: str) -> bool:
+    """Return True if `__init__` keeps an attribute of this name, and another method of the class sets such a name."""
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        methods = {each.name: each for each in functions_of(cls)}
+        begin = methods.pop("__init__", None)
+        kept = {ast.unparse(node) for node in ast.walk(begin) if _is_set(node)} if begin else set()
+        if f"self.{name}" in kept and any(_stores(each, name) for each in methods.values()):
+            return True
+    return False
+
+
+def _is_set(node: ast.AST) -> bool:
+    return isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
 
 
 def _except_goes_on(tree: ast.Module, name: str) -> str:
@@ -166,6 +195,17 @@ def _not_imported(name: str, source: str) -> bool:
     return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in ast.walk(value))
 
 
+def _class_in_capitals(name: str, source: str) -> str:
+    """Return the hint on a class of the program that is called in other letters: `state.LOOKING` for `State.LOOKING`."""
+    tree = parse(source)
+    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        members = {name_of(target) for line in cls.body for target in getattr(line, "targets", [])}
+        if cls.name.lower() == name.lower() != cls.name and used and members.issuperset(used):
+            return f"The class is called `{cls.name}`: write `{cls.name}.{used[0]}`."
+    return ""
+
+
 def own_attribute(found: re.Match[str], source: str) -> str:
     """Return the hint on a name that is not defined, where what is meant is known."""
     name = found[1]
@@ -175,8 +215,11 @@ def own_attribute(found: re.Match[str], source: str) -> str:
             "and the file ends with `if __name__ == '__main__': main()`."
         )
     owner = _holder(name, source)
+    if found_class := _class_in_capitals(name, source):
+        return found_class
     if re.search(rf"\bself\.{name}\b", source) and not _not_imported(name, source):
-        return f"An attribute of the node needs `{owner}.`: write `{owner}.{name}`."
+        of_the_node = " of the node" if "Node" in source else ""
+        return f"An attribute{of_the_node} needs `{owner}.`: write `{owner}.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `{owner}.{name}`."
     for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`

@@ -557,6 +557,45 @@ def after(self, params):
             "No line that sets `high` in this function has run yet: give it a value at the beginning.",
         ),
         (
+            "UnboundLocalError: cannot access local variable 'stopped' where it is not associated with a value",
+            "class Motors(Node):\n    def __init__(self):\n        self.stopped = False\n    def stop(self, request, "
+            "response):\n        if request.data:\n            stopped = True\n        response.success = stopped",
+            "response.success = stopped",
+            "`stopped` is a variable of this function alone, and no line has set it yet. If the node's is meant, write "
+            "`self.stopped`; if not, give it a value at the beginning.",
+        ),
+        (
+            "AssertionError: The 'success' field must be of type 'bool'",
+            "",
+            "response.success = 'False'",
+            "The field 'success' takes True or False, without quotation marks; of anything else, a comparison",
+        ),
+        (
+            "NameError: name 'state' is not defined. Did you mean: 'State'?",
+            "class State(Enum):\n    LOOKING = 1\nclass Agent:\n    def __init__(self):\n        self.state = "
+            "State.LOOKING\n    def turn(self):\n        self.state = state.LOOKING",
+            "self.state = state.LOOKING",
+            "The class is called `State`: write `State.LOOKING`.",
+        ),
+        (
+            "NameError: name 'state' is not defined",
+            "class Agent:\n    def __init__(self):\n        self.state = 1\n    def turn(self):\n        return state",
+            "return state",
+            "An attribute needs `self.`: write `self.state`.",
+        ),
+        (
+            "TypeError: Node.create_subscription() missing 1 required positional argument: 'qos_profile'",
+            "",
+            "self.create_subscription(Float64, 'error', self.hear)",
+            "The last argument is the length of the queue, usually 10: `create_subscription(..., 10)`.",
+        ),
+        (
+            "SyntaxError: invalid syntax. Perhaps you forgot a comma?",
+            "",
+            "terminal(python3 calculator_client.py 1 2 add)",
+            "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`.",
+        ),
+        (
             "IndexError: array index out of range",
             "for i in range(len(scan.ranges)):\n    scan.ranges[i] - scan.ranges[i + 1]",
             "scan.ranges[i] - scan.ranges[i + 1]",
