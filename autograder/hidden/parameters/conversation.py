@@ -44,6 +44,7 @@ JOINTS = ["wrist", "shoulder", "hip", "knee", "ankle", "neck"]
 FILLING = 0.2  # s in which an integral grows
 NO_RESULT = "Callback returned an invalid type"  # rclpy's reason, where a callback returned no SetParametersResult
 STILL = 0.015625  # an error that is sent again, so that its slope is 0
+OTHER = -3 * STILL  # an error that is answered with another effort, also by the kp from before and without a sign
 ROUNDING = 1e-9  # of a number's size: several ways to compute the same are right
 DECIMALS = 0.0101  # what an effort of two decimals may differ by; that it has no more is judged by other tests
 ALIKE = 0.01  # of a number's size: what other tests judge, such as rounding
@@ -284,23 +285,29 @@ def meet_early(node: PidNode) -> Early | None:
 
 
 def why_no_controller(pid: PidNode, launched: PidNode) -> str:
-    """Return '' when the effort depends on kp, set while `pid` runs or at the start of `launched`; else what it did.
+    """Return '' when the effort depends on the error and on kp, set in `pid` or given to `launched`; else what it did.
 
-    Lenient, because the ways in which an effort can be wrong are judged by the tests.
+    Lenient, because the ways in which an effort can be wrong are judged by the tests: the sign is not looked at.
     """
     before = []
     pid.up(ERROR, EFFORT)  # a topic of another name is replaced by a new start, which forgets what was set before
     for kp in (2.0, 4.0):
         pid.store({"ki": 0.0, "kd": 0.0, "kp": kp} | WIDE)  # the limits, too: an earlier test may have moved them
-        pid.send(-STILL)
+        other = pid.send(OTHER).effort
         before.append(pid.send(STILL).effort)
-    if before[0] and math.isclose(before[1], 2 * before[0], rel_tol=ALIKE):
-        return ""
+    told = f"it was answered with {before[0]:.3g} and then with {before[1]:.3g}"
+    if 0.0 < abs(before[0]) < math.inf and math.isclose(before[1], 2 * before[0], rel_tol=ALIKE):
+        return f"{told}, but so was another error" if math.isclose(other, before[1], rel_tol=ALIKE) else ""
     pid.start_fresh()
     launched.start_fresh()
-    efforts = [node.send(STILL).effort / node.get().get("kp", math.nan) for node in (pid, launched)]
-    pid.gains_by_launch = bool(efforts[0]) and near(efforts[0], efforts[1])
-    return "" if pid.gains_by_launch else f"it was answered with {before[0]:.3g} and then with {before[1]:.3g}"
+    efforts = [node.send(STILL).effort for node in (pid, launched)]
+    gains = [node.get().get("kp") for node in (pid, launched)]
+    by_kp = [
+        effort / kp if isinstance(kp, float) and kp else math.nan for effort, kp in zip(efforts, gains, strict=True)
+    ]
+    follows = not math.isclose(pid.send(OTHER).effort, efforts[0], rel_tol=ALIKE)
+    pid.gains_by_launch = bool(efforts[0]) and near(by_kp[0], by_kp[1]) and follows
+    return "" if pid.gains_by_launch else told
 
 
 def expect_reason(about: str, refused: SetParametersResult) -> None:

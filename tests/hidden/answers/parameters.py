@@ -1814,6 +1814,12 @@ WRONG = {
         EVERYTHING - ONLY_DECLARED,
     ),
     "right parameters, and every effort is 0": (node((CLAMP, "0.0")), EVERYTHING - ONLY_DECLARED),
+    "right parameters, and every effort is infinite": (node((CLAMP, "float('inf')")), EVERYTHING - ONLY_DECLARED),
+    "right parameters, and every effort is kp": (node((CLAMP, "self.value('kp')")), EVERYTHING - ONLY_DECLARED),
+    "right parameters, and every effort is kp as it was given at launch": (
+        node((READY, "        self.kp = self.value('kp')\n" + READY), (CLAMP, "self.kp")),
+        EVERYTHING - ONLY_DECLARED,
+    ),
     "right parameters, and the effort is the error": (node((CLAMP, "error")), EVERYTHING - ONLY_DECLARED),
     "accepts everything, and the effort is the time": ({NODE: CLOCK.encode()}, EVERYTHING - {"defaults"}),
     "accepts everything, and the effort is the error": (
@@ -1837,6 +1843,9 @@ NOTHING = {
     "efforts that are no numbers",
     "right parameters, and no efforts",
     "right parameters, and every effort is 0",
+    "right parameters, and every effort is infinite",
+    "right parameters, and every effort is kp",
+    "right parameters, and every effort is kp as it was given at launch",
     "right parameters, and the effort is the error",
     "accepts everything, and the effort is the time",
     "accepts everything, and the effort is the error",
