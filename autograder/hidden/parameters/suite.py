@@ -276,12 +276,28 @@ def test_clamped(pid: PidNode, early: Early | None, rng: random.Random) -> None:
             expect_clamped_sum(pid, rng.choice([-1, 1]))
     if not pid.gains_by_launch:
         expect_clamped_integral(pid, rng.choice([-1, 1]))
+        expect_clamped_on_one_side(pid, rng, kp)
     if early and early.first.effort > early.given["output_max"] + ROUNDING:
         raise Wrong(
             "The first effort, too, must be clamped: an effort above output_max must become output_max, "
             f"{early.given['output_max']:.3g}, and it was {early.first.effort:.3g}.",
             early,
         )
+
+
+def expect_clamped_on_one_side(pid: PidNode, rng: random.Random, kp: float) -> None:
+    """With both limits above 0, or both below, an effort between 0 and the nearer one becomes that."""
+    pid.arrange(kp=kp)
+    pid.send(STILL)  # whether a new gain counts at once is judged by another test
+    limit = rng.randrange(8, 24) / 4
+    for low, high in ((-2 * limit, -limit), (limit, 2 * limit)):
+        pid.store({"output_min": low, "output_max": high})
+        got = pid.get()
+        if (got.get("output_min"), got.get("output_max")) != (low, high):
+            return  # judged by another test
+        name, nearer = ("output_min", low) if low > 0.0 else ("output_max", high)
+        about = f"With an output_min of {low:g} and an output_max of {high:g}, an effort between 0 and {name} must"
+        pid.expect_effort(math.copysign(1 / 64, nearer), nearer, f"{about} become the current {name}")
 
 
 def expect_clamped_integral(pid: PidNode, sign: int) -> None:

@@ -589,6 +589,14 @@ WRONG = {
     ),
     "not clamped": (node((CLAMP, "effort")), {"clamped"}),
     "clamped above alone": (node((CLAMP, "min(self.value('output_max'), effort)")), {"clamped"}),
+    "a positive effort is clamped by output_max alone, another by output_min alone": (
+        node((CLAMP, "min(effort, self.value('output_max')) if effort > 0 else max(effort, self.value('output_min'))")),
+        {"clamped"},
+    ),
+    "an output_max below 0 is taken without its sign": (
+        node((CLAMP, CLAMP.replace("self.value('output_max')", "abs(self.value('output_max'))"))),
+        {"clamped"},
+    ),
     "clamped to the defaults": (node((CLAMP, "max(-10.0, min(10.0, effort))")), {"clamped"}),
     "no rule for the limits": (node((RULE, "if False:")), {"limits_in_order", "equal_limits", "nan_limits", "reasons"}),
     "limits may be equal": (node((RULE, RULE.replace("<", "<="))), {"equal_limits"}),
