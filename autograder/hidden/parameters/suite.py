@@ -131,18 +131,21 @@ def why_not_described(node: PidNode) -> str:
 def test_first_message(
     pid: PidNode, by_command_line: Overridden, controls: None, early: Early | None, rng: random.Random
 ) -> None:
-    """The first effort has no integral and no derivative part, because no time step comes before it."""
+    """The first effort has no integral and no derivative part, because no step comes before it; the second has both."""
     pid.start_fresh()
     old = pid.get().get("kp", 1.0)
     kp = old + 0.5
     error = rng.choice([-1, 1]) * rng.randrange(5, 14) / 8
     pid.arrange(kp=kp, ki=float(rng.randrange(8, 40)), kd=rng.randrange(4, 20) / 2)
     about = f"{FIRST_ERROR}: there is no earlier message to measure a time step from"
-    effort = pid.ask(error).effort
+    answer = pid.ask(error)
+    effort = answer.effort
     pid.first_by_old_kp = near(effort, old * error) and not pid.gains_by_launch  # judged by another test
     if not pid.first_by_old_kp and not near(effort, kp * error, DECIMALS):
         right, got = apart(kp * error, effort)
         raise Wrong(f"{about}: {right} was right, and it was {got}.", f"error {error}: {pid.get()}")
+    if not pid.first_by_old_kp:
+        expect_step_from_first(pid, error, answer)
     if efforts := begin_with_gains(by_command_line[0]):
         first, proportional = efforts
         if not near(first, proportional, DECIMALS):
@@ -150,6 +153,32 @@ def test_first_message(
                 f"{FIRST_ERROR}, also when the node is started with ki and kd (--ros-args -p ki:=...): "
                 f"{proportional:.3g} was right, and it was {first:.3g}."
             )
+
+
+def expect_step_from_first(pid: PidNode, error: float, first: Answer) -> None:
+    """The second message's step and slope begin at the first, in a node whose later ones begin at the one before."""
+    rate = pid.get().get("ki", 0.0) * error
+    try:
+        second, third = pid.send(error), pid.send(error)
+        time.sleep(SHORT)  # by another step, a slope that each message has would be another
+        fourth = pid.send(error)
+    except (Crashed, TimedOut):
+        return  # judged by other tests
+    if grows(third, fourth, rate) and not grows(first, second, rate):
+        raise Wrong(
+            "The second error after the start has the first one as the message before: when the same error comes "
+            "again, the slope is 0, and the effort must change by ki × error × the seconds between these two: "
+            f"{told([rate * step for step in steps(first, second)])} was right, and it changed by "
+            f"{second.effort - first.effort:.3g}.",
+            f"{first} then {second}, {third} and {fourth}: {pid.get()}",
+        )
+
+
+def grows(last: Answer, answer: Answer, rate: float) -> bool:
+    """Whether the effort has changed by this rate (per second), as the same error came again; it may be rounded."""
+    low, high = sorted(rate * step for step in steps(last, answer))
+    room = 2 * DECIMALS + TIMING * max(abs(low), abs(high))
+    return low - room <= answer.effort - last.effort <= high + room
 
 
 @points(0.25, cell="pid-node")
@@ -562,8 +591,9 @@ def test_derivative(pid: PidNode, early: Early | None, rng: random.Random) -> No
                 return  # judged by another test
             raise
         # Whether new gains count at once is judged by another test: these are the efforts of those before.
-        late = number == 0 and (answer.effort == 0 or near(answer.effort, BEFORE * error))
         expected = by_slope(kd, error - before, last, answer)
+        rest = answer.effort - BEFORE * error
+        late = number == 0 and (answer.effort == 0 or near(rest, 0.0) or between(rest, expected))
         if not late and not between(answer.effort, expected):
             raise Wrong(
                 "With kd alone, the effort must be kd × (error − error before) / the seconds between the two: "

@@ -542,6 +542,29 @@ WRONG = {
         node(("self.last_time = None", "self.last_time = time.monotonic()")),
         {"first_message"},
     ),
+    "the second step is the time from the start of the node": (
+        node(
+            ("self.last_time = None", "self.last_time, self.first = time.monotonic(), True"),
+            ("step = 0.0 if self.last_time is None else", "step = 0.0 if self.first else"),
+            (
+                "self.last_error, self.last_time = error, now",
+                (
+                    "self.last_error = error\n"
+                    "        if not self.first:\n            self.last_time = now\n        self.first = False"
+                ),
+            ),
+        ),
+        {"first_message"},
+    ),
+    "the first error is not kept": (
+        node(
+            (
+                "self.last_error, self.last_time = error, now",
+                "self.last_error = 0.0 if self.last_time is None else error\n        self.last_time = now",
+            )
+        ),
+        {"first_message"},
+    ),
     "fixed time steps": (
         node(("step = 0.0 if self.last_time is None else now - self.last_time", "step = 0.1")),
         {"first_message", "integral", "derivative"},
