@@ -1201,6 +1201,54 @@ WRONG = {
         ),
         {"integral", "ki_starts_the_integral_again"},
     ),
+    "a message whose effort is clamped is not kept": (
+        node(
+            ("        self.last_error, self.last_time = error, now\n", ""),
+            (
+                "        effort = " + CLAMP,
+                "        if self.value('output_min') <= effort <= self.value('output_max'):\n"
+                "            self.last_error, self.last_time = error, now\n"
+                "        effort = " + CLAMP,
+            ),
+        ),
+        {"derivative", "integral"},
+    ),
+    "the error of a message whose effort is clamped is not kept": (
+        node(
+            ("self.last_error, self.last_time = error, now\n", "self.last_time = now\n"),
+            (
+                "        effort = " + CLAMP,
+                "        if self.value('output_min') <= effort <= self.value('output_max'):\n"
+                "            self.last_error = error\n"
+                "        effort = " + CLAMP,
+            ),
+        ),
+        {"derivative"},
+    ),
+    "kp is read by a timer, five times a second": (
+        node(
+            (READY, "        self.read()\n        self.create_timer(0.2, self.read)\n" + READY),
+            (
+                "    def value(self, name):",
+                "    def read(self):\n        self.gain = self.value('kp')\n\n    def value(self, name):",
+            ),
+            ("self.value('kp') * error", "self.gain * error"),
+        ),
+        {"new_gain"},
+    ),
+    "a new output_max counts one message late": (
+        node(
+            (
+                "        error, now = msg",
+                (
+                    "        most, self.most = getattr(self, 'most', 10.0), self.value('output_max')\n"
+                    "        error, now = msg"
+                ),
+            ),
+            (CLAMP, CLAMP.replace("self.value('output_max')", "most")),
+        ),
+        {"clamped"},
+    ),
     "the integral waits while the effort is clamped": (
         node(
             (
