@@ -86,3 +86,16 @@ def test_a_rounded_quotient_is_never_taken_for_another_number():
         for rounded in (math.floor, round):
             said = likeness(float(rounded(drawn[0] / drawn[1])), drawn[0], "divide", drawn[1])
             assert said.startswith("that, rounded"), (drawn, said)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "said"),
+    [
+        (2.5, 4.25, "a number that more than one formula makes of a and b"),  # a, too
+        (6.25, 4.5, "a number that more than one formula makes of a and b"),  # a - b, too
+        (8.5, 1.75, "a % b"),
+    ],
+)
+def test_a_formula_is_named_only_when_no_other_makes_the_same(a, b, said):
+    assert likeness(a % b, a, "modulo", b) == said
+    assert likeness(a - b, a, "modulo", b) == (said if a - b == a % b else "a - b")

@@ -31,11 +31,18 @@ def likeness(result: float, a: float, operation: str, b: float) -> str:
         return str(result)
     like = {f"a {SIGNS[other]} b": answer(a, b) for other, answer in ANSWERS.items() if b or other != "divide"}
     like |= {"b - a": b - a} | ({"b / a": b / a} if a else {})
+    # A server that knows modulo: a % b is a, or a - b, when b is as large as that.
+    remainder = {"a % b": a % b} if b and operation not in ANSWERS else {}
     like |= {"the sum of a and b without their signs": abs(a) + abs(b), "a": a, "b": b}
     like |= {f"a {SIGNS[operation]} b with the other sign": -right} if operation in SIGNS else {}
-    for words, value in like.items():
-        if value != right and math.isclose(result, value, rel_tol=1e-12):
-            return words
+    fits, is_remainder = (
+        [words for words, value in ways.items() if value != right and math.isclose(result, value, rel_tol=1e-12)]
+        for ways in (like, remainder)
+    )
+    if fits and is_remainder:
+        return "a number that more than one formula makes of a and b"
+    if fits or is_remainder:
+        return (fits or is_remainder)[0]
     if rounded := [digits for digits in range(16) if result == round(right, digits)]:
         return f"that, rounded to {_decimals(rounded)}"
     if math.isfinite(right) and result == math.floor(right):
