@@ -906,11 +906,6 @@ NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong ty
 # Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
-        r"^SyntaxError",
-        r"\bterminal\(\s*(?:python3?|ros2)\b",
-        "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`.",
-    ),
-    (
         r"^IndexError",
         r"\[[^\]]*\+\s*1\]",
         "The last index is one less than the length: for the last one, an index with `+ 1` is beyond it.",

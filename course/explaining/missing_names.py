@@ -196,7 +196,7 @@ def _not_imported(name: str, source: str) -> bool:
 
 
 def _class_in_capitals(name: str, source: str) -> str:
-    """Return the hint on a class of the program that is called in other letters: `state.LOOKING` for `State.LOOKING`."""
+    """Return the hint on a class that is called in other letters: `state.LOOKING` for `State.LOOKING`."""
     tree = parse(source)
     used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):

@@ -558,11 +558,9 @@ def after(self, params):
         ),
         (
             "UnboundLocalError: cannot access local variable 'stopped' where it is not associated with a value",
-            "class Motors(Node):\n    def __init__(self):\n        self.stopped = False\n    def stop(self, request, "
-            "response):\n        if request.data:\n            stopped = True\n        response.success = stopped",
-            "response.success = stopped",
-            "`stopped` is a variable of this function alone, and no line has set it yet. If the node's is meant, write "
-            "`self.stopped`; if not, give it a value at the beginning.",
+            "class A:\n def __init__(self):\n  self.stopped = 0\n def a(self):\n  if a: stopped = 1\n  return stopped",
+            "return stopped",
+            "`stopped` is a variable of this function alone, and no line has set it yet. If the node's is meant, write",
         ),
         (
             "AssertionError: The 'success' field must be of type 'bool'",
@@ -572,8 +570,7 @@ def after(self, params):
         ),
         (
             "NameError: name 'state' is not defined. Did you mean: 'State'?",
-            "class State(Enum):\n    LOOKING = 1\nclass Agent:\n    def __init__(self):\n        self.state = "
-            "State.LOOKING\n    def turn(self):\n        self.state = state.LOOKING",
+            "class State(Enum):\n LOOKING = 1\nclass Agent:\n state = 0\n def a(self): self.state = state.LOOKING",
             "self.state = state.LOOKING",
             "The class is called `State`: write `State.LOOKING`.",
         ),
@@ -588,12 +585,6 @@ def after(self, params):
             "",
             "self.create_subscription(Float64, 'error', self.hear)",
             "The last argument is the length of the queue, usually 10: `create_subscription(..., 10)`.",
-        ),
-        (
-            "SyntaxError: invalid syntax. Perhaps you forgot a comma?",
-            "",
-            "terminal(python3 calculator_client.py 1 2 add)",
-            "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`.",
         ),
         (
             "IndexError: array index out of range",
