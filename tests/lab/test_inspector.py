@@ -395,6 +395,10 @@ def test_a_server_that_never_answers_is_told_after_the_time_limit_and_holds_up_n
     kernel.run("ros.restart('servers.py')")
     nobody = follow(page, "over", **ADD | {"name": "/nobody"}, given={}, timeout=0.2)
     assert "no server for /nobody within 0.2 s" in nobody["failed"]
+    begun = follow(page, "accepted", **FIBONACCI, given={"order": "40"})
+    assert begun["state"] == "running"
+    kernel.run("ros.restart('servers.py')")
+    assert "/fibonacci was started again and does not know this goal" in ended(page)["failed"]
     gone = follow(page, "accepted", **FIBONACCI, given={"order": "40"})
     assert gone["state"] == "running"
     kernel.run("ros.stop()")

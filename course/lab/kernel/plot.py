@@ -200,7 +200,11 @@ class PlotFeed:
                 if not has_number(forms.fields_of(self._type), self._parts):
                     raise LiveError(f"{self._topic} has no number {self._field}: choose a field from the list.")
                 self._subscription = live.node.create_subscription(self._type, self._topic, self._hear, ANY, raw=True)
-        return "" if kind else f"No node publishes on {self._topic} now."
+        if kind:
+            return ""
+        if live.node.count_publishers(self._topic):
+            return f"Only cells or the Inspector publish on {self._topic} now, and the plot draws what nodes publish."
+        return f"No node publishes on {self._topic} now."
 
     def _is_heard(self, live: Session) -> bool:
         """Return True if a node publishes.

@@ -36,6 +36,7 @@ UNWATCHED = (
     "It has ended: another panel or another notebook came to the front, or the page was closed, and it goes on only "
     "while the Inspector is open. To go on, publish again."
 )
+REFUSED = "The server refused the cancel: give its ActionServer a `cancel_callback` that returns CancelResponse.ACCEPT."
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel request
 
 _repeating: dict[str, "Stop"] = {}  # by topic
@@ -196,12 +197,10 @@ class Goal(GoalRecorder):
             return
         taken = bool(answer.goals_canceling)
         self._exchange.add("cancel accepted" if taken else "cancel refused")
-        self._exchange.note(
-            ""
-            if taken
-            else "The server refused the cancel: give its ActionServer a `cancel_callback` that returns "
-            "CancelResponse.ACCEPT."
-        )
+        if answer.return_code == CancelGoal.Response.ERROR_UNKNOWN_GOAL_ID:
+            self._exchange.note("The server does not know this goal: it was started again since.")
+        else:
+            self._exchange.note("" if taken else REFUSED)
 
 
 def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout: float) -> Exchange:
@@ -218,9 +217,14 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
         sent.send(goal)
         if not sent.answered.wait(timeout):
             raise CourseError(f"{name} did not answer the goal within {timeout:g} s: is its server busy or blocked?")
+        known = _servers(live, name)
         while not sent.ended.wait(LOOK):
             if not live.ok:
                 raise CourseError("the session has ended before the goal")
+            if known and not (known & _servers(live, name)) and client.server_is_ready():
+                raise CourseError(
+                    f"the action server of {name} was started again and does not know this goal: no result will come"
+                )
             if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
                 report = live.watch.reason(
                     f"{name}/_action/send_goal", lambda handle: may_act(handle.source, name), again=True
@@ -236,6 +240,12 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
                 sent.cancel_unanswered.clear()
 
     return _begun(exchange, work)
+
+
+def _servers(live: Session, name: str) -> set[tuple[int, ...]]:
+    """Return the action's servers that the graph has, each by the id of its publisher of the goals' status."""
+    found = live.node.get_publishers_info_by_topic(f"{name}/_action/status")
+    return {tuple(each.endpoint_gid) for each in found}
 
 
 def _begun(exchange: Exchange, work: Callable[[], None]) -> Exchange:
