@@ -46,6 +46,7 @@ from course.explaining.missing_names import (
     is_a_module,
     is_module,
     no_such_class,
+    of_rclpy,
     of_the_course,
     own_attribute,
     unbound,
@@ -777,6 +778,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"'str' object cannot be interpreted as an integer|cannot use a str to initialize an array",
         _says("Whole numbers are expected here, not text: convert each one with `int(...)`."),
     ),
+    (r"module 'rclpy' has no attribute '([A-Z]\w+)'", of_rclpy),
     (
         r"module 'rclpy' has no attribute '(create_(?!node)\w+)'",
         lambda found, source: f"`{found[1]}` is a method of the node: `self.{found[1]}(...)`.",

@@ -6,6 +6,7 @@ import difflib
 import importlib
 import re
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 from course.explaining.imports import is_there, wrong_import
@@ -118,7 +119,8 @@ def no_such_class(found: re.Match[str], source: str) -> str:
     known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
-    if module.split(".")[0] == COURSE and name not in near and (place := _module_with(name)):
+    usual = {COURSE: USUAL, "rclpy": OF_RCLPY}.get(module.split(".")[0], ())
+    if name not in near and (place := _module_with(name, usual)):
         return f"{name} is in {place}: write `from {place} import {name}`."
     if not of_types:
         elsewhere = not near and module.split(".")[0] != COURSE  # a page's own names are all known here
@@ -128,9 +130,15 @@ def no_such_class(found: re.Match[str], source: str) -> str:
     )
 
 
-def _module_with(name: str) -> str:
-    """Return the course's module from which pages import `name`; '' if there is none."""
-    for module in USUAL:
+def of_rclpy(found: re.Match[str], source: str) -> str:
+    """Return the hint on a class that is taken from `rclpy` itself, as `rclpy.Node`."""
+    place = _module_with(found[1], OF_RCLPY)
+    return f"{found[1]} is in {place}: write `from {place} import {found[1]}`." if place else ""
+
+
+def _module_with(name: str, usual: Iterable[str]) -> str:
+    """Return the first of the `usual` modules that has `name`; '' if none has."""
+    for module in usual:
         with contextlib.suppress(ImportError):
             if hasattr(importlib.import_module(module), name):
                 return module
@@ -157,6 +165,17 @@ def of_the_course(found: re.Match[str], source: str, code: str) -> str:
 
 
 COURSE = "course"
+OF_RCLPY = (
+    "rclpy.node",
+    "rclpy.action",
+    "rclpy.executors",
+    "rclpy.callback_groups",
+    "rclpy.parameter",
+    "rclpy.qos",
+    "rclpy.duration",
+    "rclpy.time",
+    "rclpy.exceptions",
+)
 
 
 USUAL = (  # the modules that the pages import from

@@ -581,6 +581,24 @@ def after(self, params):
             "An attribute needs `self.`: write `self.state`.",
         ),
         (
+            "AttributeError: module 'rclpy' has no attribute 'Node'. Did you mean: 'node'?",
+            "import rclpy\nclass A(rclpy.Node): pass",
+            "class A(rclpy.Node): pass",
+            "Node is in rclpy.node: write `from rclpy.node import Node`.",
+        ),
+        (
+            "ImportError: cannot import name 'ActionServer' from 'rclpy' (/rclpy/__init__.py)",
+            "from rclpy import ActionServer",
+            "from rclpy import ActionServer",
+            "ActionServer is in rclpy.action: write `from rclpy.action import ActionServer`.",
+        ),
+        (
+            "UnboundLocalError: cannot access local variable 'sum' where it is not associated with a value",
+            "class A:\n def __init__(self):\n  self.sum = 0.0\n def hear(self, msg):\n  sum += msg.data",
+            "sum += msg.data",
+            "`sum` is a variable of this function alone, and no line has set it yet. If the node's is meant, write",
+        ),
+        (
             "TypeError: Node.create_subscription() missing 1 required positional argument: 'qos_profile'",
             "",
             "self.create_subscription(Float64, 'error', self.hear)",
