@@ -1644,7 +1644,15 @@ SENTENCES = [
             "        response = node.call(a, b, operation)\n"
             "        if response and response.success:\n            response = node.call(a, b, operation)\n"
         ),
-        "7 2 power succeeds, and the client asked 2 times; it must ask once",
+        "7 2 Power succeeds, and the client asked 2 times; it must ask once",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "operation=operation)",
+        "operation=operation.lower().strip())",
+        "7 2 Power: the client must send the operation as it is given, not 'power'",
     ),
     each_night(
         "calculator",
