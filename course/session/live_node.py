@@ -132,6 +132,10 @@ class LiveNode:
         """Return the callbacks that it is in now, as `Spinner.callbacks` does."""
         return self._spinner.callbacks()
 
+    def goes_on(self) -> bool:
+        """Return True if it was stopped, and one of its callbacks has still not returned."""
+        return self._spinner.goes_on()
+
     def is_held_here(self) -> bool:
         """Return True in the node's only thread for callbacks."""
         return self._spinner.thread is threading.current_thread()

@@ -36,6 +36,7 @@ class Spinner:
         self.raised = 0  # exceptions so far, those included that are not kept any more
         self.reports: list[FailureReport] = []
         self._stopping = False
+        self._left: list[threading.Thread] = []  # in callbacks that had not returned when it was stopped
         self.executor = (
             SingleThreadedExecutor(context=context)
             if threads == 1
@@ -93,6 +94,10 @@ class Spinner:
         stacks = [_stack_in_cells(thread.ident or 0) for thread in threads]
         return [(stack[0], tuple(map(_shown, stack))) for stack in stacks if stack]
 
+    def goes_on(self) -> bool:
+        """Return True if it was stopped, and a callback has still not returned."""
+        return any(thread.is_alive() for thread in self._left)
+
     def _service_callbacks(self) -> list[Callable[..., object]]:
         return [service.callback for service in self.node.services]
 
@@ -109,7 +114,8 @@ class Spinner:
             threads += end_thread_pool(self.executor)
         for thread in threads:
             thread.join(max(0.0, deadline - time.monotonic()))
-        if any(thread.is_alive() for thread in threads):
+        self._left = [thread for thread in threads if thread.is_alive()]
+        if self._left:
             return False
         if destroy:
             destroy_node(self.node)

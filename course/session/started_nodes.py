@@ -466,12 +466,13 @@ class StartedNodes:
         if handle.alive and wait:  # a node of another session may have the same name
             others = difference(self._presence.names(), handle.nodes)
         left = handle._end()
-        if left and wait and not (isinstance(handle, LiveNode) and handle.of_check):
+        if left and wait and isinstance(handle, LiveNode) and not handle.of_check:
             at = "".join(f"\n{frame}" for frame in left)
             self._watch.notice(
                 f"'{handle.name}' is stopped, but one of its callbacks has not returned, and its thread goes on until "
                 "it does. If it never does, only a restart of the kernel (Kernel, Restart Kernel) ends it. It is "
-                f"here:{at}"
+                f"here:{at}",
+                handle.goes_on,
             )
         if wait:
             self._presence.wait_until_gone(handle.nodes, others)

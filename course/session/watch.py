@@ -25,7 +25,7 @@ class Watch:
     def __init__(self, handles: dict[str, Handle]):
         self._handles = handles
         self._told: set[tuple[Handle, int]] = set()  # a node, and the index of its report
-        self._notices: deque[str] = deque(maxlen=20)
+        self._notices: deque[tuple[str, Callable[[], bool]]] = deque(maxlen=20)  # each, and whether it is true
         self._lock = threading.Lock()
 
     def look(self) -> None:
@@ -68,18 +68,21 @@ class Watch:
         with self._lock:
             said = list(self._notices)
             self._notices.clear()
-        return said
+        return [text for text, is_true in said if is_true()]
 
-    def notice(self, text: str) -> None:
-        """Have `text` printed at the end of this cell, or of the next one; may be called in any thread."""
+    def notice(self, text: str, is_true: Callable[[], bool] = lambda: True) -> None:
+        """Have `text` printed at the end of this cell, or of the next one, if it is still true then.
+
+        May be called in any thread.
+        """
         with self._lock:
-            if text not in self._notices:
-                self._notices.append(text)
+            if all(text != known for known, _ in self._notices):
+                self._notices.append((text, is_true))
 
     def forget(self, words: str) -> None:
         """Drop the notices that contain these words, because the reader learns the same in another way."""
         with self._lock:
-            kept = [text for text in self._notices if words not in text]
+            kept = [each for each in self._notices if words not in each[0]]
             self._notices.clear()
             self._notices.extend(kept)
 

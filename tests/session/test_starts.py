@@ -218,11 +218,23 @@ def test_a_stop_tells_of_a_callback_that_does_not_return(session):
     try:
         assert wait_until(session._handles["loop"].doing, 10.0)
         session.stop("loop")
+        (told,) = session.watch.notices()
     finally:
         node.go_on = True
-    (told,) = session.watch.notices()
     assert told.startswith("'loop' is stopped, but one of its callbacks has not returned, and its thread goes on")
     assert "only a restart of the kernel" in told and "in turn\n" in told
+
+
+def test_a_stop_says_nothing_of_a_callback_that_has_returned_since(session):
+    node = cell(31, LOOPS, ros=session)["loop"]
+    handle = session._handles["loop"]
+    try:
+        assert wait_until(handle.doing, 10.0)
+        session.stop("loop")
+    finally:
+        node.go_on = True
+    assert wait_until(lambda: not handle.goes_on(), 10.0)
+    assert session.watch.notices() == []
 
 
 THREAD = """import threading
