@@ -1,4 +1,4 @@
-"""Whether a feedback page is one that the course's grader has made: it consists of few elements, and does nothing.
+"""Refusing feedback pages that the course's grader has not made: its own consist of few elements, and do nothing.
 
 A page may come from anywhere, and is opened with a double click.  So whatever the grader does not write is refused,
 even if it is harmless: a script, an address, a comment, an element in capitals.  Text is not looked at, for the grader
