@@ -146,6 +146,7 @@ def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> 
 
 def _up(classroom: Classroom) -> None:
     course_files.make_folders(classroom)
+    course_files.check_room(classroom)
     instructors_left: list[str] = []
     with contextlib.suppress(UsageError):  # there is no class yet
         roles = {member.name: member.instructor for member in classroom.members}

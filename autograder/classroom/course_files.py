@@ -31,6 +31,7 @@ EXCHANGE = {"outbound": 0o2775, "inbound": 0o3773, "feedback": 0o2771}
 MODULE = ("python", "-P", "-m")  # runs an installed module, whatever is in the working folder
 ENROLLED = "enrolled.json"  # in `Classroom.state`: who is in the gradebook, and among the members
 LONGEST = 300  # s that one command in a box may take
+LEAST_ROOM = 4 << 20  # bytes, for the hub's database and its log
 LONGEST_SECRET = 1000  # bytes; nbgrader's have some 70
 
 
@@ -53,6 +54,16 @@ def make_folders(classroom: Classroom) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         folder.chmod(mode)
     (classroom.run / WHOSE).write_text(str(classroom.folder))
+
+
+def check_room(classroom: Classroom) -> None:
+    """Raise ClassroomError when the disk is too full for a hub to start, before one that runs is ended."""
+    known = os.statvfs(classroom.folder)
+    if (free := known.f_bfree * known.f_frsize) < LEAST_ROOM:
+        raise ClassroomError(
+            f"the disk with {classroom.folder} is full: {free >> 10} KiB are left, and the class needs "
+            f"{LEAST_ROOM >> 20} MiB to start. Nothing was changed: make room, and give the command again"
+        )
 
 
 def close(classroom: Classroom) -> None:
@@ -202,7 +213,10 @@ def hand_out_notebooks(classroom: Classroom) -> list[str]:
         try:
             without_place = homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
         except ClassroomError as error:
-            failed.append(f"The notebooks could not be laid into the home folder of {member.name}: {error}.")
+            failed.append(
+                f"The notebooks could not be laid into the home folder of {member.name}: {error}. Correct this, and "
+                f"`{classroom.command('up')}` lays them there."
+            )
             continue
         if without_place:
             names = ", ".join(without_place)

@@ -10,11 +10,12 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
+from types import SimpleNamespace
 
 import pytest
 from nbgrader.api import Gradebook
 
-from autograder.classroom import accounts, course_files, enrolling, homes
+from autograder.classroom import accounts, cli, course_files, enrolling, homes, hub
 from autograder.classroom.members import Member
 from autograder.classroom.plan import COURSE_ID, Classroom
 from autograder.errors import ClassroomError
@@ -205,6 +206,14 @@ def test_on_a_full_disk_a_thing_is_laid_whole_or_not_at_all(home, monkeypatch, t
     homes.lay(home, OWNER, OWNER, things)
     written = [path for path in home.rglob("*") if path.is_file()]
     assert len(written) == len(things["a"]) and all(path.read_bytes() == b"new" for path in written)
+
+
+def test_on_a_full_disk_up_ends_no_hub_that_runs(quiet, monkeypatch):
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_bfree=100, f_frsize=4096))
+    monkeypatch.setattr(hub, "stop", lambda _: pytest.fail("it was ended"))
+    with pytest.raises(ClassroomError, match="is full: 400 KiB are left, .* Nothing was changed: make room, and give"):
+        cli._up(quiet)
+    assert {*accounts.missing(quiet)} == {*quiet.members}
 
 
 def test_a_home_that_was_kept_is_given_without_what_is_elsewhere_too(home, tmp_path):
