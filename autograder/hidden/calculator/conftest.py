@@ -40,11 +40,11 @@ def runs(bench: Bench) -> ClientRuns:
     operation = rng.choice(["subtract", "multiply", "divide"])
     result = -rng.randrange(1_000_000_000, 9_000_000_000) - 0.5  # with its decimal, all digits that most formats lose
     # As a message may be: of two lines, longer than one, with capitals, two blanks in a row and at both ends, letters
-    # outside of ASCII, what a template has (% and {}), and punctuation at its end too.  With a result, which means
-    # nothing in a refusal.
+    # outside of ASCII and of Latin-1, what a template has (% and {}), and punctuation at its end too.  With a result,
+    # which means nothing in a refusal.
     start = f"{word(6).capitalize()} {word(4).upper()}: {word(7)} ({word(5)}), {word(8)}-{word(3)}"
     template = f"{rng.randrange(20, 90)} %s {{{word(4)}}}"
-    rest = f"{template} {' '.join(word(7) for _ in range(12))}.  {word(4).capitalize()}ü{word(3)}é!.."
+    rest = f"{template} {' '.join(word(7) for _ in range(12))}.  {word(4).capitalize()}ü{word(3)}éж!.."
     reason = f"  {start};\n{rest}  "
     noise = word(6)
     bench.hide(noise)

@@ -64,6 +64,7 @@ LEFT = 6.0  # s for which nobody asks the server for anything
 LATER = 2.5  # s after a refusal for which the server is seen to go on
 REFUSALS = 8  # in a row, each of which must be one
 LETTERS = "bdfgklmnp"  # of words that are no operation
+BY_ZERO = "division by zero"  # in the task's words
 OF_PYTHON = re.compile(  # its messages for what is wrong with the arguments, with no word of the program's own
     r"(ValueError: |IndexError: )?(not enough values to unpack \(expected \d+, got \d+\)"
     r"|too many values to unpack \(expected \d+(, got \d+)?\)"
@@ -258,15 +259,26 @@ def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
         if not operation:  # right after a request that was done: it must not be done again
             calculator.ask(rng.uniform(1, 9), calculator.abilities[0], rng.uniform(1, 9))
         calculator.expect_refusal(rng.uniform(1, 9), operation, rng.uniform(1, 9), about)
-    by_zero = reason(calculator.provoke(rng.uniform(1, 9), "divide", 0.0))
+    by_zero = calculator.provoke(rng.uniform(1, 9), "divide", 0.0)
     for b, about in [(rng.uniform(1, 9), "An unknown operation"), (0.0, "An unknown operation with b = 0")]:
         message = calculator.provoke(rng.uniform(1, 9), word, b)
-        if message and reason(message) == by_zero:
+        if message and reason(message) == reason(by_zero):
             raise Wrong(
                 f"{about} is refused with the message {quoted(message)}, which is the same as that for a division by "
                 "zero: the message must say why.",
                 f"got {message!r}",
             )
+        if BY_ZERO in message.lower() and b and says_unknown(by_zero):
+            raise Wrong(
+                f"{about} is refused with the message {quoted(message)}, and a division by zero with "
+                f"{quoted(by_zero)}: the message must say why.",
+                f"got {message!r} and {by_zero!r}",
+            )
+
+
+def says_unknown(message: str) -> bool:
+    """Whether a message says in the task's words that an operation is unknown, and nothing of zero."""
+    return "unknown" in message.lower() and not re.search("zero|0", message, re.IGNORECASE)
 
 
 def reason(message: str) -> str:
@@ -359,7 +371,7 @@ def test_survives_bad_requests(calculator: Calculator, rng: random.Random) -> No
         (1.0, "modulo", 2.0),
         (1.0, "", 2.0),
         (2.0, "x" * 5000, 3.0),
-        (3.0, "Überlauf\n%s{}", 2.0),
+        (3.0, "Überlauf 除法\n%s{}", 2.0),
         (1.0, "destroy_node", 2.0),  # names of what every node has
         (1.0, "__init__", 2.0),
         (1e308, "add", 1e308),  # no float64 is as large as what these make
@@ -388,7 +400,7 @@ def test_logs_requests(calculator: Calculator, rng: random.Random) -> None:
     """The server logs each request, a refused one too, with its numbers and its operation."""
 
     def numbers_like_no_others() -> list[float]:
-        return [number + 0.5 for number in rng.sample(range(1009, 4999), 2)]
+        return [number + 0.5 for number in rng.sample(range(100_009, 499_999), 2)]  # of seven digits
 
     for operation in calculator.abilities:
         a, b = numbers_like_no_others()
@@ -419,7 +431,7 @@ def expect_log_of_request(calculator: Calculator, question: tuple[float, str, fl
         missing = " and ".join(name for name, number in (("a", a), ("b", b)) if abs(number) not in logged)
         raise Wrong(
             f"After {kind}, the server must have logged (or printed) a line with a, b and the operation. The log does "
-            f"not have its {missing}."
+            f"not have its {missing}, rounded to two decimals at most."
         )
 
 
@@ -614,9 +626,10 @@ def how_differs(message: str, output: str) -> str:
         return " It has only the first line of the message."
     if in_one_line(message) in in_one_line(output):
         return " It has the words of the message, with other blanks or line ends between them."
-    escaped = [message.encode("ascii", how).decode() for how in ("backslashreplace", "replace", "ignore")]
-    if any(way in output for way in (*escaped, json.dumps(message)[1:-1])):
-        return " It has the message, but for the letters outside of ASCII (such as é)."
+    for codec, letters in (("ASCII", "é and ж"), ("Latin-1", "ж")):
+        ways = [message.encode(codec, how).decode(codec) for how in ("backslashreplace", "replace", "ignore")]
+        if any(way in output for way in (*ways, json.dumps(message)[1:-1])):
+            return f" It has the message, but for the letters outside of {codec} (such as {letters})."
     return ""
 
 

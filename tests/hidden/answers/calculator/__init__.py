@@ -524,6 +524,25 @@ WRONG = {
         server(("'Division by zero'", "'Error'"), ("f\"Unknown operation '{request.operation}'\"", "'Error'")),
         {"unknown_operation"},
     ),
+    "the two reasons exchanged": (
+        server(
+            ("'Division by zero'", "f\"Unknown operation '{request.operation}'\" "),
+            ("f\"Unknown operation '{request.operation}'\"\n", "'Division by zero'\n"),
+        ),
+        {"unknown_operation"},
+    ),
+    "knows modulo": (
+        server(
+            (
+                "        elif request.operation != 'divide':",
+                (
+                    "        elif request.operation == 'modulo':\n            response.result = request.a % request.b\n"
+                    "        elif request.operation != 'divide':"
+                ),
+            )
+        ),
+        {"unknown_operation"},
+    ),
     "one message for every refusal, with a count": (
         server(
             ("'Division by zero'", "self.count()"),
@@ -597,6 +616,10 @@ WRONG = {
     ),
     "writes its log in ASCII": (
         server((SUCCEEDS, "        request.operation.encode('ascii')\n" + SUCCEEDS)),
+        {"survives_bad_requests"},
+    ),
+    "writes its log in Latin-1": (
+        server((SUCCEEDS, "        request.operation.encode('latin-1')\n" + SUCCEEDS)),
         {"survives_bad_requests"},
     ),
     # The log
@@ -725,6 +748,10 @@ WRONG = {
     ),
     "logs additions alone": (
         server((LOG_REQUEST, "        if request.operation == 'add':\n    " + indented(LOG_REQUEST))),
+        {"logs_requests"},
+    ),
+    "logs six digits of a request's numbers": (
+        server(("a={request.a} b={request.b}", "a={request.a:g} b={request.b:g}")),
         {"logs_requests"},
     ),
     "logs requests in whole numbers": (
@@ -1190,6 +1217,10 @@ WRONG = {
     ),
     "client shows one blank for two": (
         client(("{response.message}", '{" ".join(response.message.split())}')),
+        {"client_shows_message"},
+    ),
+    "client shows the message in Latin-1": (
+        client(("{response.message}", "{response.message.encode('latin-1', 'replace').decode('latin-1')}")),
         {"client_shows_message"},
     ),
     "client shows the message in ASCII": (
