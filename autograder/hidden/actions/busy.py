@@ -20,6 +20,8 @@ MOST_STARTS = 8  # of the program, so that one that is all wrong does not take f
 AT_MOST = 5.0  # s until a goal has ended that must end within a step
 ASKED = 6  # times that the service is asked while a goal runs
 SOON = 0.5 * BUSY_STEP  # s in which it must answer one of these times
+HALF = 0.5 * BUSY_STEP  # s after a step's report, in the middle of the next one
+TRIES = 3  # until a goal has come within the last step of another one, on a busy machine
 
 
 @dataclass
@@ -44,6 +46,7 @@ class Preemption:
     rides: list[Ride]
     running: bool  # the first one still ran when the second was sent
     refused: bool = False  # a goal that another one had taken over from could not be cancelled
+    last: bool = False  # the second one was answered within the last step of the first
 
 
 @dataclass
@@ -95,6 +98,10 @@ class Busy(Server):
     def leaving(self) -> Any:
         """A goal that another one preempts, for the floor that the cabin is just leaving."""
         return self._scene("leaving", self._leave, "a goal while another one ran", OFFERED)
+
+    def last_step(self) -> Any:
+        """A goal in whose last step another one comes."""
+        return self._scene("last step", self._come_last, "a goal while another one ran", OFFERED)
 
     def cancelled(self) -> Any:
         """A goal that is cancelled while it waits for the one that runs."""
@@ -232,6 +239,31 @@ class Busy(Server):
             if ride.goal.accepted and not ride.goal.status:
                 self.stop(ride.goal)
         return Preemption(rides, running)
+
+    def _come_last(self, limit: float, alive: Alive) -> Preemption | Fault | None:
+        """A goal of two steps, each to a stop, and in the second of them another goal, for the floor where it ends."""
+        for _ in range(TRIES):
+            here = min(HIGH, self.place)
+            floors = [here + 1, here + 2] if here < HIGH / 2 else [here - 1, here - 2]
+            goal = self.give(floors, alive, limit)
+            if goal is None:
+                return None
+            if fault := self.hangs(accepted(goal)):
+                return fault
+            goal.wait(lambda g: g.feedback or g.status, self.bench.clock.allow(AT_MOST))
+            goal.wait(lambda g: len(g.feedback) > 1 or g.status, HALF)
+            running = not goal.status
+            newest = self.give(floors[-1:], alive, limit)
+            if newest is None:
+                return None
+            last = running and len(goal.feedback) == 1
+            seen = Preemption([Ride(floors, goal), Ride(floors[-1:], newest)], True, last=last)
+            self.soon_over(seen.rides[0], limit)
+            if newest.accepted and not self.over(newest, floors[-1:], limit):
+                return self.unfinished(newest) if alive() else None
+            if last:
+                break
+        return seen
 
     def _cancel_waiting(self, limit: float, alive: Alive) -> Preemption | Fault | None:
         first = self.begin_long(alive, limit)

@@ -356,6 +356,26 @@ def expect_preempted_result(seen: Preemption) -> bool:
     return True
 
 
+def expect_result_of_last_step(busy: Busy, seen: Preemption) -> bool:
+    """A goal that was aborted because another one came in its last step must say how far it has come.
+
+    False when it was not: such a goal may still succeed.
+    """
+    first, second = seen.rides
+    told = floors_heard(first.goal)[:1] == first.floors[:1]  # that each step is told, another test judges
+    if not (seen.last and told and second.goal.accepted and first.end == "ABORTED"):
+        return False
+    stops, floor = list(first.goal.result.stops), first.goal.result.floor
+    if sorted(stops) not in (first.floors[:1], sorted(first.floors)) or floor not in first.floors:
+        raise Wrong(
+            "Every result must say what was done so far, also of a goal in whose last step a new goal comes. A goal of "
+            "two steps had told of its first stop when another goal was accepted. Its result held "
+            f"{counted(len(stops), 'stop')} and floor {floor}, and it {busy.how(first.end)}.",
+            f"{first.floors}: {stops}, floor {floor}",
+        )
+    return True
+
+
 def expect_waiting_result(seen: Preemption) -> bool:
     """The result of a goal that was aborted while it waited must say so; False when there is none."""
     return expect_result_of_waiting(seen, "ABORTED", "aborted")

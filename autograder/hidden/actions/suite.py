@@ -53,6 +53,7 @@ from autograder.hidden.actions.judging import (
     expect_preempted_result,
     expect_rejection,
     expect_result,
+    expect_result_of_last_step,
     expect_result_of_waiting,
     expect_running,
     expect_slow_steps,
@@ -607,6 +608,7 @@ def test_aborted_result(busy: Busy) -> None:
         (busy.blocking, expect_aborted_results),
         (busy.preemption, expect_preempted_result),
         (busy.three, expect_waiting_result),
+        (busy.last_step, lambda seen: expect_result_of_last_step(busy, seen)),
     ]
     for scene, expect in scenes:
         try:

@@ -1900,6 +1900,23 @@ WRONG = {
         server((ABORT, ABORT.replace("break", "return Lift.Result()"))),
         {"aborted_result"},
     ),
+    "a goal that a new one aborts in its last step has an empty result": (
+        server(
+            (
+                TAKE,
+                """        previous, self.newest = self.newest, goal_handle
+        if previous is not None and previous.is_active:
+            previous.abort()
+        goal_handle.execute()
+""",
+            ),
+            (
+                "            if self.blocked or self.newest is not goal_handle:\n",
+                "            if not goal_handle.is_active:\n                break\n            if self.blocked:\n",
+            ),
+        ),
+        {"aborted_result"},
+    ),
     "a blocked goal succeeds": (
         server(
             (
@@ -2370,6 +2387,7 @@ DETAIL = {
     "success says whether the shaft is blocked",
     "block is answered a step later",
     "aborted goal has an empty result",
+    "a goal that a new one aborts in its last step has an empty result",
     "step period is fixed",
     "another default",
     "reports a step before its time",
