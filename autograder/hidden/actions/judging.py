@@ -8,7 +8,7 @@ from itertools import pairwise
 from statistics import median
 
 from autograder.hidden.actions.busy import BUSY_STEP, Blocking, Busy, Preemption
-from autograder.hidden.actions.conversation import SLOW_STEP, Server, accepted
+from autograder.hidden.actions.conversation import SLOW_STEP, STEP, Server, accepted
 from autograder.hidden.actions.encounter import SAID, Encounter
 from autograder.hidden.actions.rides import (
     STILL,
@@ -17,6 +17,7 @@ from autograder.hidden.actions.rides import (
     floors_heard,
     later,
     lengths,
+    moves,
     published_later,
     stops_made,
     way,
@@ -32,6 +33,7 @@ SHORTEST = 0.6  # of its length that a step must last at least on average
 QUIET = 3  # steps until a goal has ended that tells of none
 EARLIEST = 0.5  # of a step that must be over when it is told
 APART = 0.75  # of its length that a step must last at least between the messages of two goals
+UNCUT = 0.8  # of its length that a step has lasted which was not cut by a cancel in its middle
 NOTED = 0.1  # s until a server has noted the goal that it has just accepted
 IN_TIME = 2  # messages after a request: of the step that was under way, and of one that crossed the request
 
@@ -162,6 +164,21 @@ def expect_slow_steps(goals: Sequence[Goal]) -> None:
             "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...), "
             f"also the last one of a goal. One took {min(own):.2f} s, where that is {SLOW_STEP} s.",
             f"{own}",
+        )
+
+
+def expect_whole_or_no_step(cancelled: Goal) -> None:
+    """A step with the default period that was under way at a cancel is given up, or told when its time is over.
+
+    The goal was cancelled when PART of that step was over.
+    """
+    cut = [heard.time > cancelled.cancel_sent for heard in moves(cancelled)]
+    took = lengths(cancelled.feedback)
+    if cancelled.cancel_sent and sum(cut) == 1 and cut[-1] and took and took[-1] < UNCUT * STEP:
+        raise Wrong(
+            "A step takes step_period seconds, also when the goal is cancelled in it: then it is finished, and told "
+            "when its time is over, or it is given up, and the cabin stays at the floor before. When step_period is "
+            f"not set, the step in which the cancel came was told {took[-1]:.2f} s after the one before it."
         )
 
 

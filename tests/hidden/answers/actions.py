@@ -740,9 +740,12 @@ EXECUTOR = """    executor = MultiThreadedExecutor(num_threads=4)
 PERIOD = "        period = self.get_parameter('step_period').value\n"
 RESULT = "return Lift.Result(stops=stops, floor=self.floor)"
 
+# A step in which a cancel comes is given up.
 OFTEN = """            for _ in range(10):
                 if not goal_handle.is_cancel_requested:
                     time.sleep(period / 10)
+            if goal_handle.is_cancel_requested:
+                continue
 """
 REENTRANT = (
     ("from rclpy.executors", "from rclpy.callback_groups import ReentrantCallbackGroup\nfrom rclpy.executors"),
@@ -1946,6 +1949,18 @@ WRONG = {
         {"step_period"},
     ),
     "reports a step before its time": (server((SLEEP, ""), (PUBLISH, PUBLISH + SLEEP)), {"step_period"}),
+    "a cancel cuts its step short, and the cabin moves": (
+        server(
+            (
+                SLEEP,
+                """            until = time.monotonic() + period
+            while time.monotonic() < until and not goal_handle.is_cancel_requested:
+                time.sleep(0.01)
+""",
+            )
+        ),
+        {"step_period"},
+    ),
     "another default": (server(("'step_period', 1.0", "'step_period', 0.1")), {"step_period"}),
     "client sends the floors sorted": (
         client(("Goal(floors=floors)", "Goal(floors=sorted(floors)[::-1] + [1])")),
@@ -2391,6 +2406,7 @@ DETAIL = {
     "step period is fixed",
     "another default",
     "reports a step before its time",
+    "a cancel cuts its step short, and the cabin moves",
     "client sends the goal twice",
     "client refuses floors above 9",
     "client shows the feedback at the end",
