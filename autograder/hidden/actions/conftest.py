@@ -71,6 +71,7 @@ def clients(bench: Bench) -> dict[str, Encounter]:
         "reject": Encounter(bench, "reject", POSSIBLE),
         "abort": Encounter(bench, "abort"),
         "cancel": Encounter(bench, "cancel", cancel_after=after, ahead=True),
+        "at the answer": Encounter(bench, "cancel", cancel_after=1, ahead=True),
         "at once": Encounter(bench, "stopped", cancel_after=0),
         "late": Encounter(bench, "late", cancel_after=2, lasts=LONG),
         "few": Encounter(bench, "succeed", cancel_after=NEVER, lasts=LONG),

@@ -248,7 +248,7 @@ class Encounter:
         """Publish feedback, and note after which message the client cancels."""
         wanted, begun = self.cancel_after or 0, time.monotonic()
         waits = {wanted - 1: EARLY, wanted: PATIENT}
-        for number in range(MOST_FEEDBACK + 1):
+        for number in range(self.ahead, MOST_FEEDBACK + 1):
             if number > self.ahead:
                 self._tell(handle, number)
             if wait_until(lambda: handle.is_cancel_requested, waits.get(number, FEEDBACK_PAUSE if number else 0)):

@@ -796,6 +796,17 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
                 f"{wanted} as N it did so after {did} than {wanted}.{first}",
                 f"after {run.before_cancel}",
             )
+    early = clients["at the answer"]
+    if early.output:  # or else it is another test's
+        with early.judged() as program:
+            if early.before_cancel != early.cancel_after:
+                did = f"did so after {early.before_cancel} messages" if early.before_cancel else "did not cancel"
+                raise Wrong(
+                    "With --cancel-after N, the client must cancel as soon as it has received N feedback messages, "
+                    "also when all of them came before the answer to its goal: then it cancels when the answer comes. "
+                    f"With 1 as N, and the first message before the answer, it {did}.",
+                    program.output,
+                )
 
 
 @points(0.25, cell="lift-client")

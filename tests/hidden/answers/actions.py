@@ -2235,6 +2235,16 @@ WRONG = {
         client(("        self.heard += 1\n", "        self.heard += self.goal_handle is not None\n")),
         {"client_cancels"},
     ),
+    "client does not cancel when all N messages came before the answer to its goal": (
+        client(
+            ("self.heard >= self.cancel_after", "self.heard == self.cancel_after"),
+            (
+                "        self.cancel_when_heard()\n        end = ",
+                "        if self.cancel_after == 0:\n            self.cancel_when_heard()\n        end = ",
+            ),
+        ),
+        {"client_cancels"},
+    ),
     "client says CANCELLED": (
         client((SAYS, SAYS.replace("outcome)", "outcome.replace('CANCELED', 'CANCELLED'))"))),
         {"client_says_outcome"},
@@ -2421,6 +2431,7 @@ DETAIL = {
     "client says CANCELED or ABORTED by whether it has cancelled",
     "client shows no message that comes before the answer to its goal",
     "client counts no message that comes before the answer to its goal",
+    "client does not cancel when all N messages came before the answer to its goal",
     "client says CANCELLED",
     "a block counts only while a goal runs",
     "to block a blocked shaft frees it when no goal runs",
