@@ -60,6 +60,11 @@ class Listener:
             self._subscribe(ReliabilityPolicy.BEST_EFFORT)
         return self._subscription.get_publisher_count() > 0
 
+    @property
+    def best_effort(self) -> bool:
+        """Return True if `ready` has found that the topic is published best effort alone."""
+        return self._reliability == ReliabilityPolicy.BEST_EFFORT
+
     def wait(
         self, enough: Callable[[list[Heard]], Found], timeout: float, alive: Callable[[], bool] = lambda: True
     ) -> Found | None:

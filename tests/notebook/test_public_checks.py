@@ -1871,14 +1871,33 @@ def test_a_check_counts_the_threads_that_six_callers_block(empty):
     )
 
 
-def test_a_quality_of_service_that_does_not_fit_is_told_once(empty):
-    last = "1, durability=__import__('rclpy.qos').qos.DurabilityPolicy.TRANSIENT_LOCAL"
-    files = answers.changed(
-        answers.solution("parameters"),
-        "pid_node.py",
-        ("'error', self.error_callback, 10", f"'error', self.error_callback, rclpy.qos.QoSProfile(depth={last})"),
+@pytest.mark.parametrize(
+    ("exercise", "file", "old", "new", "offered", "asked"),
+    [
+        (
+            "parameters",
+            "pid_node.py",
+            "'error', self.error_callback, 10",
+            "'error', self.error_callback, rclpy.qos.QoSProfile(depth=1, durability=rclpy.qos.DurabilityPolicy(1))",
+            "reliable and volatile",
+            "reliable and transient_local",
+        ),
+        (
+            "ai_integration",
+            "wall_follower.py",
+            "Twist, 'cmd_vel', 10",
+            "Twist, 'cmd_vel', rclpy.qos.qos_profile_sensor_data",
+            "best_effort and volatile",
+            "reliable and volatile",
+        ),
+    ],
+)
+def test_a_quality_of_service_that_does_not_fit_is_told_once(empty, exercise, file, old, new, offered, asked):
+    files, check = answers.changed(answers.solution(exercise), file, (old, new)), file[:-3].replace("_", "-")
+    told = Page(exercise).judge(files, check)[check]
+    assert (
+        f"incompatible, so nothing arrives: the publisher offers {offered}, the subscription asks for {asked}" in told
     )
-    assert "settings are incompatible" in Page("parameters").judge(files, "pid-node")["pid-node"]
     assert not [notice for notice in live.live().watch.notices() if "incompatible" in notice]
 
 

@@ -111,6 +111,10 @@ BY_RULES = (
     "place, and the node published what the three rules of the task say."
 )
 BY_ORDER = " (In the dict that this agent returns, 'angular' comes first.)"
+BEST_EFFORT = (
+    "In a drive, the robot hears only reliable commands, and the publisher of cmd_vel in wall_follower.py has the "
+    "quality of service best effort: leave that out, as in create_publisher(Twist, 'cmd_vel', 10)."
+)
 CHANGED = " Or the node has changed what its agent decided, as in another test: mend that first."
 SECTORS = {"front": "from -25 to 25 degrees", "right": "from -80 to -40 degrees"}
 
@@ -669,6 +673,8 @@ class Follower(TopicProgram):
         if self._like:
             self.doubt(self._like)
         self.start_fresh()
+        if self.commands.best_effort:
+            raise Wrong(BEST_EFFORT, certain=True)
 
         def go(limit: float, alive: Alive) -> Simulation | None:
             self.fresh = False

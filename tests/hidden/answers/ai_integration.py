@@ -844,6 +844,29 @@ WRONG = {
     ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
+    "commands with the profile of scanners": (
+        node(
+            (
+                "from rclpy.node import Node\n",
+                "from rclpy.node import Node\nfrom rclpy.qos import qos_profile_sensor_data\n",
+            ),
+            ("Twist, 'cmd_vel', 10", "Twist, 'cmd_vel', qos_profile_sensor_data"),
+        ),
+        ROOMS,
+    ),
+    "best-effort commands, of which one is kept": (
+        node(
+            (
+                "from rclpy.node import Node\n",
+                "from rclpy.node import Node\nfrom rclpy.qos import QoSProfile, ReliabilityPolicy\n",
+            ),
+            (
+                "Twist, 'cmd_vel', 10",
+                "Twist, 'cmd_vel', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)",
+            ),
+        ),
+        ROOMS,
+    ),
     "waits 0.15 s for each command while no scan is fresh": (
         node(
             ("import math\n", "import math\nimport time\n"),
