@@ -69,7 +69,7 @@ def helped(bench: Bench, renamed: Renamed, follower: Follower) -> Callable[[Eye]
 
 @pytest.fixture(scope="session")
 def by_the_wall(bench: Bench, renamed: Renamed) -> Follower:
-    """The first node in real time; started only when it turns out to keep its own time."""
+    """The first node in real time, without a /clock until it turns out to keep its own time."""
     return Follower(bench, renamed=renamed, program=ECHO)
 
 
@@ -81,5 +81,6 @@ def begun(request: pytest.FixtureRequest) -> None:
         request.getfixturevalue("patient")
     nodes = [request.getfixturevalue("follower")] if "follower" in names else []
     nodes += request.getfixturevalue("drivers").values() if "drivers" in names else ()
+    nodes += [request.getfixturevalue("by_the_wall")] if "by_the_wall" in names else []
     for node in nodes:
         node.begin()

@@ -383,6 +383,17 @@ class Follower(TopicProgram):
 
         return self.ask(listen)
 
+    def is_mute_in_real_time(self, scan: LaserScan) -> bool:
+        """Whether it has never sent a command, also while it is shown this scan; of a node without simulated time."""
+
+        def listen(limit: float, alive: Alive) -> bool | None:
+            came = self.commands.wait(lambda heard: heard, self.allow(SILENT), alive)
+            if not came:
+                self._show(scan, DRIVING_HERTZ, DRIVING)
+            return not self.commands.heard if alive() else None
+
+        return self.ask(listen)
+
     def is_silent(self, scan: LaserScan) -> bool:
         """Whether it sends no command any more while it is shown this scan, again and again."""
 

@@ -21,6 +21,7 @@ from autograder.hidden.ai_integration.conversation import (
     BOTH,
     LONG_ENOUGH,
     NEXT,
+    NODE,
     OPPOSITE,
     PERIOD,
     STILL,
@@ -487,6 +488,18 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
         raise Wrong(
             "Commands must be published at 10 Hz, whatever the agent decides: another agent decided to stand still "
             "(linear 0, angular 0), and no command came."
+        )
+    expect_without_a_clock(by_the_wall, near)
+
+
+def expect_without_a_clock(by_the_wall: Follower, scan: LaserScan) -> None:
+    """A node that is started without simulated time must publish, though there is no /clock."""
+    if by_the_wall.is_mute_in_real_time(scan):
+        sets = b"use_sim_time" in by_the_wall.bench.files[NODE]
+        why = " Leave use_sim_time to those who start the node, who set it when there is a /clock." if sets else ""
+        raise Wrong(
+            "Commands must be published at 10 Hz in real time as well: started without use_sim_time, where nobody "
+            f"publishes /clock, the node published none.{why}"
         )
 
 

@@ -842,6 +842,16 @@ WRONG = {
         ),
         {"rate", "stops"},
     ),
+    "simulated time alone, whoever starts the node": (
+        node(
+            ("from rclpy.node import Node\n", "from rclpy.node import Node\nfrom rclpy.parameter import Parameter\n"),
+            (
+                "super().__init__('wall_follower')",
+                "super().__init__('wall_follower', parameter_overrides=[Parameter('use_sim_time', value=True)])",
+            ),
+        ),
+        {"rate"},
+    ),
     "8 Hz": (node(("create_timer(0.1,", "create_timer(0.125,")), {"rate"}),
     "20 Hz": (node(("create_timer(0.1,", "create_timer(0.05,")), {"rate"}),
     "commands with the profile of scanners": (
