@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from autograder.errors import Wrong
-from autograder.hidden.ai_integration.conversation import STOP, told
+from autograder.hidden.ai_integration.conversation import STOP, Follower, told
 from autograder.hidden.ai_integration.suite import stops
 
 DECIDED = told(1.25, 0.75)
@@ -38,3 +38,15 @@ def test_what_a_node_does_without_scans_is_told(times, message):
 
 def test_a_node_that_stops_in_time_is_right():
     assert stops(follower(*[DECIDED] * 4, *[STOP] * 11), follower(), None, 1.5)
+
+
+@pytest.mark.parametrize("expect", [Follower.expect_leaves_it_as_it_is, Follower.expect_leaves_the_opposite])
+def test_old_distances_are_not_told_as_a_changed_decision(expect):
+    """A node that gave old distances was told that it had published something else than its agent decided."""
+    node = SimpleNamespace(changes_decisions=False, _show_until=lambda *_: [DECIDED])
+    with pytest.raises(Wrong) as told_wrong:
+        expect(node, None, reads=True)
+    message = told_wrong.value.message
+    assert "decides for 1.25 m in front and 0.75 m on the right: it was given other distances than" in message
+    assert message.endswith("or the node published something else than its newest decision.")
+    assert not node.changes_decisions

@@ -110,6 +110,7 @@ BY_RULES = (
     "The node must publish what decide_action of the WallAgent in wall_agent.py returns: another agent was put in its "
     "place, and the node published what the three rules of the task say."
 )
+NOT_AS_DECIDED = "The node must give the newest distances to its agent, and publish what that decides as it is"
 BY_ORDER = " (In the dict that this agent returns, 'angular' comes first.)"
 BEST_EFFORT = (
     "In a drive, the robot hears only reliable commands, and the publisher of cmd_vel in wall_follower.py has the "
@@ -567,6 +568,12 @@ class Follower(TopicProgram):
         got = self._show_until(scan, is_strange)[-1]
         if not reads and not is_strange(got):
             return
+        if is_of_the_agent(got):
+            raise Wrong(
+                f"{NOT_AS_DECIDED}: with {STRANGE} m in front, another agent decides to drive backwards and turn left "
+                f"at {LEFT} rad/s. {otherwise(got)}",
+                got,
+            )
         self.changes_decisions = True  # until it is seen not to
         if not is_strange(got):
             raise Wrong(
@@ -595,6 +602,12 @@ class Follower(TopicProgram):
             return math.dist(command, wanted) < SAME_SPEED
 
         got = self._show_until(scan, is_wanted)[-1]
+        if reads and is_of_the_agent(got):
+            raise Wrong(
+                f"{NOT_AS_DECIDED}: with {OPPOSITE} m in front, another agent decides on {said(wanted)}. "
+                f"{otherwise(got)}",
+                got,
+            )
         if reads and not is_wanted(got):
             self.changes_decisions = True
             raise Wrong(
@@ -839,6 +852,15 @@ def given(command: Command, name: str) -> str:
     known = {FAR: "inf", NOTHING: "no number", NO_NUMBER: "NaN"}
     odd = next((word for value, word in known.items() if abs(said - value) < SAME_SPEED), None)
     return odd or f"{said / A_METRE:.2f} m"
+
+
+def otherwise(command: Command) -> str:
+    """What a command of the agent that tells what it was given shows, where the agent had to decide otherwise."""
+    return (
+        f"Shown such a scan again and again, the node published {said(command)}, which that agent decides for "
+        f"{given(command, 'front')} in front and {given(command, 'right')} on the right: it was given other distances "
+        "than those of the newest scan, or the node published something else than its newest decision."
+    )
 
 
 def place(twist: Twist, name: str) -> str:
