@@ -24,7 +24,16 @@ from course.explaining.clashes import other_type
 from course.explaining.hints import hint
 from course.explaining.mixups import class_for_response, idle_lambda
 from course.explaining.nothing import silent_helper
-from course.explaining.outline import is_client, makes_no_node, never_spins, returns_nothing, serves, uncalled_main
+from course.explaining.outline import (
+    is_client,
+    makes_a_node,
+    makes_no_node,
+    never_spins,
+    returns_nothing,
+    serves,
+    spin,
+    uncalled_main,
+)
 from course.explaining.overwritten import with_article
 from course.explaining.source import (
     defined,
@@ -218,8 +227,8 @@ def of_program(
     elif status == 0 and output.strip() and is_client(source):
         why = f"{path.name} is a client, and a client ends by itself. As a command: `python3 {path.name}`."
     elif status == 0 and never_spins(source):
-        why = "It ended because nothing spins its node: main() must call `rclpy.spin(node)`."
-    elif before_its_node and status == 0:
+        why = f"It ended because nothing spins its node: main() must call `{spin(source)}`."
+    elif before_its_node and status == 0 and not makes_a_node(source):
         why = "It created no node: is `super().__init__('name')` reached?"
     elif status == 0 and (once := spins_once(source)):
         exited = (frame_at(path.name, once.lineno, source),)
@@ -227,7 +236,7 @@ def of_program(
     elif status == 0 and (ended := ends_its_node(source)):
         exited, why = (frame_at(path.name, ended[1], source),), NODE_ENDED.format(*ended)
     elif status == 0:
-        why = "A server must run until it is stopped: is `rclpy.spin(node)` reached?"
+        why = f"A server must run until it is stopped: is `{spin(source)}` reached?"
     elif name := exits(source):
         why = (
             f"'{name}' ends the program on purpose. A server must keep running: if it cannot do what is asked, say so "

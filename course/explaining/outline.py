@@ -4,9 +4,9 @@ import ast
 import inspect
 import re
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
-from course.explaining.source import calls, functions, name_of, node_classes, parse
+from course.explaining.source import Function, calls, functions, functions_of, name_of, node_classes, parse
 
 
 def returns_nothing(callback: Callable[..., object]) -> bool:
@@ -46,11 +46,18 @@ def uncalled_main(source: str) -> tuple[int, str] | None:
 EXITS = ("exit", "_exit", "SystemExit")
 
 
+def makes_a_node(source: str) -> bool:
+    """Return True if a program's text makes a node, of its own class or by rclpy."""
+    tree = parse(source)
+    made = ("create_node", "Node", *(node.name for node in node_classes(tree)))
+    return any(list(calls(tree, name)) for name in made)
+
+
 def makes_no_node(source: str) -> str:
     """Return a sentence on a program that makes no node, so that it has nothing to do; '' if it may make one."""
     tree = parse(source)
     nodes = node_classes(tree)
-    if any(list(calls(tree, name)) for name in ("create_node", "Node", *(node.name for node in nodes))):
+    if makes_a_node(source):
         return ""
     if nodes:
         return (
@@ -77,12 +84,48 @@ def serves(source: str) -> bool:
 
 
 def never_spins(source: str) -> bool:
-    """Return True if a program makes its node but never waits for callbacks."""
+    """Return True if a program makes its node but never waits for callbacks.
+
+    A wait counts, too, unless it is in a method of a node that only callbacks run: those are not called without a spin.
+    """
     tree = parse(source)
-    return not any(list(calls(tree, name)) for name in SPINS)
+    if any(list(calls(tree, name)) for name in SPINS):
+        return False
+    waits = [call for name in WAITING for call in calls(tree, name)]
+    if not waits or re.search(r"\b(?:Thread|Timer|submit)\b", source):
+        return not waits
+    of_callbacks = {id(node) for method in _of_callbacks(tree) for node in ast.walk(method)}
+    return all(id(call) in of_callbacks for call in waits)
 
 
-SPINS = ("spin", "spin_once", "spin_until_future_complete", "wait", "sleep", "input")
+EXECUTOR = "ThreadedExecutor"  # ends the names of rclpy's executors
+
+
+def spin(source: str) -> str:
+    """Return the call that a program's main() must make to spin its node: of its own executor, if it has made one."""
+    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)):
+        kept, value = made.targets[0], made.value
+        if isinstance(kept, ast.Name) and isinstance(value, ast.Call) and name_of(value.func).endswith(EXECUTOR):
+            return f"{kept.id}.spin()"
+    return "rclpy.spin(node)"
+
+
+SPINS = ("spin", "spin_once", "spin_until_future_complete", "spin_once_until_future_complete")
+WAITING = ("wait", "sleep", "input")
+
+
+def _of_callbacks(tree: ast.Module) -> Iterator[Function]:
+    """Yield the methods of node classes that the program does not reach from its main part or a constructor."""
+    methods = {each.name: each for cls in node_classes(tree) for each in functions_of(cls)}
+    inside = {id(node) for method in methods.values() for node in ast.walk(method)}
+    used = {name_of(node) for node in ast.walk(tree) if id(node) not in inside} | {"__init__"}
+    reached: set[str] = set()
+    while new := (used & {*methods}) - reached:
+        reached |= new
+        for each in new:
+            called = (node.func for node in ast.walk(methods[each]) if isinstance(node, ast.Call))
+            used |= {func.attr for func in called if isinstance(func, ast.Attribute)}
+    yield from (method for name, method in methods.items() if name not in reached)
 
 
 def _returns(function: ast.AST) -> bool:

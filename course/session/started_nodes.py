@@ -113,7 +113,8 @@ class StartedNodes:
                 self._watch.notice(line)
             set_here = [*parameters, *set_parameters(list(map(str, args)))]
             if set_here and len(process.nodes) == 1 and makes_one_node(process.source):
-                with contextlib.suppress(CallTimeout):  # it is busy, but can be started all the same
+                # it is busy, or has ended, which the next wait tells, but can be started all the same
+                with contextlib.suppress(CallTimeout), self._watch.postponing():
                     service = f"{process.nodes[0]}/list_parameters"
                     names = self._calls.call(service, ListParameters, ListParameters.Request(), ASKED).result.names
                     self._tell_undeclared(path.name, set_here, names)

@@ -4,10 +4,11 @@ Nodes end and raise in other threads and processes.  The main thread checks: whi
 finds no server (`reason`), and before each cell (`pending`).
 """
 
+import contextlib
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 
 from course.errors import NodeFailed
 from course.explaining.failure_report import FailureReport, cell_of
@@ -35,6 +36,16 @@ class Watch:
             failure = NodeFailed(str(report))
             failure.source = handle.source or (cell_of(handle.cls) if isinstance(handle, LiveNode) else "")
             raise failure
+
+    @contextlib.contextmanager
+    def postponing(self) -> Iterator[None]:
+        """Leave a failure that is raised here untold, so that the next wait or cell tells it."""
+        before = self._told.copy()
+        try:
+            yield
+        except NodeFailed:
+            self._told &= before
+            raise
 
     def reason(self, service: str, meant: Callable[[Handle], bool], *, again: bool = False) -> FailureReport | None:
         """Return the failure that left `service` without a server, and mark it as told; with `again`, also a told one.

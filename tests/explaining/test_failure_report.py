@@ -1368,6 +1368,44 @@ def test_a_program_that_ends_at_once_says_what_is_missing(tmp_path, source, says
     assert says in failure_report.of_program(path, "", 0).hint
 
 
+ENDS = """class Lift(Node):
+    def __init__(self):
+        super().__init__('lift')
+        self.action = ActionServer(self, Kind, '/lift', self.execute){made}
+
+    def execute(self, goal_handle):
+        time.sleep(1.0)
+
+    def go(self):
+        time.sleep(1.0)
+
+
+def main():
+    node = Lift()
+    {main}
+
+
+main()
+"""
+
+
+@pytest.mark.parametrize("seen", [True, False])
+@pytest.mark.parametrize(
+    ("made", "main", "says"),
+    [
+        ("", "pass", "nothing spins its node: main() must call `rclpy.spin(node)`"),
+        ("", "runs = MultiThreadedExecutor()", "nothing spins its node: main() must call `runs.spin()`"),
+        ("", "rclpy.spin(node)", "A server must run until it is stopped: is `rclpy.spin(node)` reached?"),
+        ("", "all = SingleThreadedExecutor()\n    all.spin()", "it is stopped: is `all.spin()` reached?"),
+        ("", "node.go()", "it is stopped: is `rclpy.spin(node)` reached?"),
+        ("; self.go()", "pass", "it is stopped: is `rclpy.spin(node)` reached?"),
+    ],
+)
+def test_a_program_that_makes_its_node_and_ends_at_once_is_told_of_the_spin(tmp_path, made, main, says, seen):
+    (path := tmp_path / "lift.py").write_text(ENDS.format(made=made, main=main))
+    assert says in failure_report.of_program(path, "", 0, before_its_node=not seen).hint
+
+
 def test_a_copy_of_a_file_is_not_the_file_that_has_a_class(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "motor.edited-1.py").write_text("class Motors(Node):\n    pass\n")

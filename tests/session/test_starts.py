@@ -362,3 +362,22 @@ def test_a_program_that_does_not_end_is_ended_soon_and_leaves_the_graph_at_once(
     session.stop("stays.py")
     assert process.returncode == -signal.SIGKILL and session.nodes() == []
     assert time.monotonic() - began < 4.0  # a killed node's lease is 5 s
+
+
+ENDS_WHEN_ASKED = """
+import time
+import rclpy
+
+rclpy.init()
+node = rclpy.create_node('ends')
+node.declare_parameter('top', 1)
+while not node.count_clients('/ends/list_parameters'):
+    time.sleep(0.02)
+"""
+
+
+def test_the_next_wait_tells_of_a_program_that_ends_while_its_parameters_are_asked_for(session, tmp_path):
+    (path := tmp_path / "ends.py").write_text(ENDS_WHEN_ASKED)
+    session.start(path, parameters={"top": 2})
+    with pytest.raises(NodeFailed, match=r"ends\.py ended with exit status 0"):
+        session.until(lambda: False)
