@@ -12,7 +12,9 @@ from course.explaining.source import (
     Function,
     argument,
     calls,
+    changes_nothing,
     covers,
+    endless_looks,
     functions,
     idle,
     inside,
@@ -27,7 +29,6 @@ from course.explaining.source import (
 
 LOCKS = ("Lock", "RLock")
 LEAVES = (ast.Break, ast.Continue, ast.Raise, ast.Return)
-LOGS = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in a loop
 A_TIME = re.compile(r"(?:^|_)(?:period|seconds|secs?|interval)$")  # ends a name that holds seconds
 LONG_GOAL = 20.0  # s that many a goal takes
 LONGEST = 600.0  # s: more cannot be meant as a time limit of a student's program
@@ -137,14 +138,7 @@ def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:
 
 def endless_look(source: str) -> int:
     """Return the line of a loop that looks for a server until one comes, and does nothing else; 0 without one."""
-    for loop in (node for node in ast.walk(parse(source)) if isinstance(node, ast.While)):
-        asked = [each for each in getattr(loop.test, "values", [loop.test]) if ast.unparse(each) != "rclpy.ok()"]
-        looks = asked[0].operand if len(asked) == 1 and isinstance(asked[0], ast.UnaryOp) else None
-        is_one = isinstance(looks, ast.Call) and name_of(looks.func) in ("wait_for_service", "wait_for_server")
-        joined = isinstance(loop.test, ast.BoolOp) and isinstance(loop.test.op, ast.Or)
-        if is_one and not joined and all(map(_changes_nothing, loop.body)):
-            return loop.lineno
-    return 0
+    return next((loop.lineno for loop in endless_looks(parse(source))), 0)
 
 
 def _waits_for_no_cancel(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -153,16 +147,9 @@ def _waits_for_no_cancel(tree: ast.Module) -> Iterator[tuple[int, str]]:
         for loop in (node for node in inside(function) if isinstance(node, ast.While)):
             if isinstance(loop.test, ast.Attribute) and loop.test.attr == "is_cancel_requested":
                 handle = ast.unparse(loop.test.value)
-                if all(map(_changes_nothing, loop.body)) and not _ends_elsewhere(tree, function):
+                if all(map(changes_nothing, loop.body)) and not _ends_elsewhere(tree, function):
                     why = f"once a cancel is requested, `while {ast.unparse(loop.test)}` never ends."
                     yield loop.lineno, f"{why} Write `if`, call `{handle}.canceled()`, and return the result."
-
-
-def _changes_nothing(statement: ast.stmt) -> bool:
-    if isinstance(statement, ast.Expr):
-        call = statement.value
-        return isinstance(call, ast.Constant) or (isinstance(call, ast.Call) and name_of(call.func) in LOGS)
-    return isinstance(statement, (ast.Pass, ast.Continue))
 
 
 def _ends_elsewhere(tree: ast.Module, function: Function) -> bool:

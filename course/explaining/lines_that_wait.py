@@ -13,6 +13,7 @@ from course.explaining.source import (
     argument,
     calls,
     covers,
+    endless_looks,
     functions,
     name_of,
     named,
@@ -30,6 +31,8 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     at = frames[-1] if frames else None
     if at is None:
         return []
+    if looks := endless_look_at(frames, source):
+        return looks
     if awaited := AWAITED_CALL.search(at.code):
         return [f"`call(...)` blocks here, before anything is awaited: write `await {awaited[1]}.call_async(...)`."]
     tree = parse(source)
@@ -66,6 +69,24 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     future = ast.unparse(waits.func.value)
     instead = f"`rclpy.spin_until_future_complete({_node(tree, at.line)}, {future})`"
     return [f"Nothing spins the node while this loop waits, so no answer comes: write {instead} in its place."]
+
+
+def endless_look_at(frames: Sequence[Frame], source: str) -> list[str]:
+    """Return a line on the loop where the program is, if that looks for a server until one comes; else []."""
+    if not frames or not any(covers(loop, frames[-1].line) for loop in endless_looks(parse(source))):
+        return []
+    how = "look once, with a limit, or count the rounds and give up."
+    if frames[-1].function == "__init__":
+        how = (
+            "it keeps the node from being spun meanwhile. Leave it out of the constructor: check `service_is_ready()` "
+            "of the client where a request is sent."
+        )
+    elif frames[-1].function in service_callbacks(parse(source)):
+        how = (
+            "nobody is answered meanwhile. Check `service_is_ready()` of the client once, and say in the response that "
+            "the server is not there."
+        )
+    return [f"This loop goes on until there is a server: {how}"]
 
 
 def _shared_future(at: Frame, tree: ast.Module) -> str:

@@ -46,6 +46,7 @@ ONE_AT_A_TIME = (
     "each call begins only when the one before has ended, also while that one waits."
 )
 ENDS = ("exit", "_exit", "quit")
+LOGS = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in a loop
 
 
 def parse(source: str) -> ast.Module:
@@ -271,6 +272,25 @@ def blocked(
         if _sleeps(function) or _endless(function):
             return f"its callback '{function.name}' {SLEEPS}"
     return ""
+
+
+def endless_looks(tree: ast.AST) -> Iterator[ast.While]:
+    """Yield the loops that look for a server until one comes, and do nothing else."""
+    for loop in (node for node in ast.walk(tree) if isinstance(node, ast.While)):
+        asked = [each for each in getattr(loop.test, "values", [loop.test]) if ast.unparse(each) != "rclpy.ok()"]
+        looks = asked[0].operand if len(asked) == 1 and isinstance(asked[0], ast.UnaryOp) else None
+        is_one = isinstance(looks, ast.Call) and name_of(looks.func) in ("wait_for_service", "wait_for_server")
+        joined = isinstance(loop.test, ast.BoolOp) and isinstance(loop.test.op, ast.Or)
+        if is_one and not joined and all(map(changes_nothing, loop.body)):
+            yield loop
+
+
+def changes_nothing(statement: ast.stmt) -> bool:
+    """Return True for a statement that changes nothing in a loop, such as a log."""
+    if isinstance(statement, ast.Expr):
+        call = statement.value
+        return isinstance(call, ast.Constant) or (isinstance(call, ast.Call) and name_of(call.func) in LOGS)
+    return isinstance(statement, (ast.Pass, ast.Continue))
 
 
 def _sleeps(function: ast.AST) -> bool:

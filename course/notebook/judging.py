@@ -24,7 +24,7 @@ from course.explaining.doubts import endless_look, long_limit, short_result, sho
 from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
 from course.explaining.hangs import NOT_SPUN, THREADS, beginning
 from course.explaining.interface_parts import type_name as field_type
-from course.explaining.lines_that_wait import executor_threads, remark
+from course.explaining.lines_that_wait import endless_look_at, executor_threads, remark
 from course.explaining.outline import uncalled_main
 from course.explaining.source import (
     CALLBACKS,
@@ -371,15 +371,21 @@ def busy(process: Handle, service: str = "") -> str:
     """
     if not isinstance(process, NodeProcess):
         return ""
-    why = blocked(process.source, service) if service else ""
-    found = ["", f"{process.name}: {why}"] if why else []
-    if not why and service and (line := one_at_a_time(process.source, service)):
-        found = ["", str(frame_at(process.name, line, process.source)), ONE_AT_A_TIME.format(service)]
     first, second = process.doing(), process.doing()
-    if first and second and first[-1].function == second[-1].function:
+    stays = bool(first and second) and first[-1].function == second[-1].function
+    looks = endless_look_at(second, process.source) if stays else []
+    why = blocked(process.source, service) if service and not looks else ""
+    found = ["", f"{process.name}: {why}"] if why else []
+    if not why and not looks and service and (line := one_at_a_time(process.source, service)):
+        found = ["", str(frame_at(process.name, line, process.source)), ONE_AT_A_TIME.format(service)]
+    if stays:
         found += [*([] if found else [""]), f"{process.name} is here:", *dict.fromkeys(map(str, second))]
-        unspun = process.unspun()
-        found += [f"{NOT_SPUN[0].upper()}{NOT_SPUN[1:]}"] if unspun else [] if why else remark(second, process.source)
+        if looks:
+            found += looks
+        elif process.unspun():
+            found += [f"{NOT_SPUN[0].upper()}{NOT_SPUN[1:]}"]
+        elif not why:
+            found += remark(second, process.source)
         found += [limit] if (limit := long_limit(process.source, second[-1].line)) else []
         live().watch.forget(NOT_SPUN)  # the start has reported the same
     return "\n".join(found)

@@ -47,6 +47,33 @@ def test_a_line_that_waits_in_vain(line, function, end, says):
     assert said.startswith(says) and bool(said) == bool(says)
 
 
+LOOKS = """class Relay(Node):
+    def {function}(self, request, response):
+        while not self.client.wait_for_service({limit}):
+            {body}
+        return response
+
+    def __str__(self):
+        self.create_service(Trigger, '/relay', self.relay)
+"""
+
+
+@pytest.mark.parametrize(
+    ("function", "limit", "body", "line", "says"),
+    [
+        ("relay", "timeout_sec=1.0", "self.get_logger().info('wait')", 3, "nobody is answered meanwhile. Check "),
+        ("__init__", "1.0", "pass", 3, "it keeps the node from being spun meanwhile. Leave it out of the constr"),
+        ("ask", "1.0", "pass", 3, "look once, with a limit, or count the rounds and give up."),
+        ("relay", "1.0", "self.rounds += 1", 3, ""),
+        ("relay", "1.0", "pass", 5, ""),
+    ],
+)
+def test_a_loop_that_looks_for_a_server_without_end_is_told_where_it_is(function, limit, body, line, says):
+    text = LOOKS.format(function=function, limit=limit, body=body)
+    said = "".join(remark([Frame("relay.py", line, function, text.splitlines()[line - 1].strip())], text))
+    assert says in said and bool(said) == bool(says)
+
+
 def test_a_loop_that_spins_is_no_wait_in_vain():
     source = POLLS.format(loop="while not future.done(): rclpy.spin_once(self)", end="pass")
     assert remark([Frame("client.py", 8, "run", source.splitlines()[7].strip())], source) == remark([], source) == []
