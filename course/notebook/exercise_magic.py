@@ -15,8 +15,7 @@ from IPython.core.magic_arguments import argument, magic_arguments, parse_argstr
 
 from course import registry
 from course.errors import CourseError, ExerciseError, NodeFailed
-from course.explaining.slips import else_if
-from course.explaining.wrong_forms import decimal_comma
+from course.explaining.refused_lines import refused
 from course.foundation import storage
 from course.foundation.cells import MOST, content
 from course.foundation.untrusted import read_regular
@@ -176,7 +175,7 @@ def _check_syntax(path: Path, cell: str) -> None:
         number = error.lineno or 0
         # Python would read the line from the file, which still has the old text.
         quoted = lines[number - 1].strip() if 0 < number <= len(lines) else ""
-        meant = f"\nHint: {why}" if (why := else_if(quoted) or decimal_comma(quoted)) else ""
+        meant = f"\nHint: {why}" if (why := refused(cell, error)) else ""
         raise ExerciseError(
             f"{path.name}, line {number}: {error.msg}: {quoted}{meant}\n"
             f"Nothing was written: {path.name} is unchanged, and a program that was already running goes on."

@@ -22,10 +22,10 @@ from IPython import get_ipython
 from course.errors import CourseError
 from course.explaining import ros_1
 from course.explaining.cell_loops import server_waited_for
-from course.explaining.slips import else_if, slips
+from course.explaining.refused_lines import refused
+from course.explaining.slips import slips
 from course.explaining.source import parse
 from course.explaining.values_seen import misread
-from course.explaining.wrong_forms import decimal_comma, unquoted_command
 from course.foundation import cells
 from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
@@ -294,8 +294,7 @@ def _tell_of_shell(cell: str, error: SyntaxError) -> None:
     """Tell the reader about a line for a shell, or of another language, in a cell that is not Python."""
     if found := FOR_A_SHELL.search(cell):
         print(f"Hint: This line is for a shell: in a cell, write it with `!`: `!{found[0].strip()}`", file=sys.stderr)
-    refused = (why(error.text or "") for why in (ros_1.command, else_if, decimal_comma, unquoted_command))
-    if not found and (how := next(filter(None, refused), "")):
+    elif how := ros_1.command(error.text or "") or refused(cell, error):
         print(f"Hint: {how}", file=sys.stderr)
 
 

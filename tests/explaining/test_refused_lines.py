@@ -1,0 +1,52 @@
+"""Lines that Python refuses, and the line that is meant."""
+
+import pytest
+
+from course.explaining.refused_lines import refused
+
+MOTORS = """class Motors(Node):
+    def __init__(self):
+        self.on = False
+
+{enable}(self, request, response):
+{body}return response
+
+    async def status(self, request, response):
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("enable", "body", "told"),
+    [
+        ("def enable", " " * 8, "Indent it like them."),
+        ("async def enable", " " * 8, "Line 8 is right, line 5 is not: `async def enable(self, request, response):`"),
+        ("def enable", " " * 4, ""),  # Python refuses line 8 for another reason
+        ("    def enable", " " * 10, ""),
+        ("     def enable", " " * 8, ""),  # Python names the line itself
+    ],
+)
+def test_a_def_that_has_ended_the_class_is_named(enable, body, told):
+    text = MOTORS.format(enable=enable, body=body)
+    try:
+        compile(text, "motors.py", "exec")
+    except SyntaxError as error:
+        said = refused(text, error)
+    else:
+        said = ""
+    assert told in said and bool(said) == bool(told)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("if a:\n    pass\nelse if b:\n    pass\n", "In Python, `else if` is one word: `elif`."),
+        ("def f():\n        a = 1\n    b = 2\n", ""),
+        ("class A:\n    def f(self):\n        pass\ndef g():\n        a = 1\n    def h():\n        pass\n", ""),
+    ],
+)
+def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
+    with pytest.raises(SyntaxError) as raised:
+        compile(text, "a.py", "exec")
+    said = refused(text, raised.value)
+    assert told in said and bool(said) == bool(told)
