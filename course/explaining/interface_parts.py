@@ -206,6 +206,14 @@ def type_for_goal(found: re.Match[str], source: str) -> str:
 OF_GOALS = {"ServerGoalHandle": ServerGoalHandle, "ClientGoalHandle": ClientGoalHandle, "GoalStatus": GoalStatus}
 
 
+ASK_FOR_RESULT = (
+    "This is a goal handle, which comes as soon as the goal is accepted; the result comes at its end, and is asked for "
+    "apart: {}."
+)
+IN_A_CELL = "`ros.wait(goal_handle.get_result_async()).result`"
+IN_A_PROGRAM = (
+    "`future = goal_handle.get_result_async()`, and once that future is done, `future.result().result` is the result"
+)
 MEANT = {  # where the most similar name is not the one that is meant, or there is none
     ("ClientGoalHandle", "cancel"): "cancel_goal_async",
     ("ServerGoalHandle", "is_canceled"): "is_cancel_requested",
@@ -223,7 +231,15 @@ def of_a_goal_handle(found: re.Match[str], source: str) -> str:
                 return f"The fields of the goal are in its `request`: `goal_handle.request.{name}`."
     known = [each for each in dir(OF_GOALS[kind]) if not each.startswith("_")]
     near = [MEANT[kind, name]] if (kind, name) in MEANT else difflib.get_close_matches(name, known, 1, 0.7)
+    if kind == "ClientGoalHandle" and (near == ["get_result"] or name in _fields_of_results(source)):
+        return ASK_FOR_RESULT.format(IN_A_CELL if re.search(r"\bros\.", source) else IN_A_PROGRAM)
     return f"Did you mean `{near[0]}`?" if near else ""
+
+
+def _fields_of_results(source: str) -> set[str]:
+    """Return the fields of the results of the actions that a text has clients of."""
+    kinds = [name_of(argument(call, 1, "action_type")) for call in calls(parse(source), "ActionClient")]
+    return {field for kind in kinds for field in _fields(kind, "Result", source)}
 
 
 PARTS_OF_TYPES = ("Request", "Response", "Goal", "Result", "Feedback")
