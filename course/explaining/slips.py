@@ -10,6 +10,7 @@ from itertools import pairwise
 from course.explaining.conditions import always, asked_by
 from course.explaining.interface_fields import fields_of
 from course.explaining.lost_values import lost_values
+from course.explaining.misspelt_texts import misspelt_texts
 from course.explaining.source import (
     argument,
     bare_statements,
@@ -55,7 +56,7 @@ def slips(cell: str) -> list[str]:
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
     if skipped:  # a file has only what it imports and makes itself
-        found |= {*_unknown_exceptions(tree)}
+        found |= {*_unknown_exceptions(tree), *misspelt_texts(tree)}
     if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
         text = f"'{more[0]}' makes one more timer each time that it is called. Make the timer once, in `__init__`."
         found.add((more[1] + skipped, text))

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from course.explaining.failure_report import frame_at, text_at
+from course.explaining.misspelt_texts import operations
 from course.explaining.source import (
     CALLBACKS,
     argument,
@@ -333,9 +334,12 @@ def log_of(server: Handle) -> str:
 def broken_chain(file: str, word: str) -> str:
     """Return lines on an `if` in the place of an `elif`, whose last branches run for `word` as well.
 
-    '' if the text does not show that.
+    Or on a comparison with another spelling of it; '' if the text shows neither.
     """
     source = text_at(Path(file))
+    for line, meant, why in operations(parse(source)):
+        if meant == word:
+            return f"\n{frame_at(file, line, source)}\n{why}"
     for node in ast.walk(parse(source)):
         body = getattr(node, "body", [])
         for number, before in enumerate(body if isinstance(body, list) else []):

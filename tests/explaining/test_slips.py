@@ -512,6 +512,59 @@ def test_an_attribute_that_stays_none_beside_one_that_nothing_reads_is_told(sets
     assert slips(f"%%exercise follower.py\n{text}") == says
 
 
+CALCULATES = """class Calculator(Node):
+    def calculate(self, request, response):
+        {before}
+        if request.operation == '{first}':
+            response.result = 1
+        elif {word} == '{second}':
+            response.result = 2
+        elif {word} == 'multiply':
+            response.result = 3
+        return response
+"""
+SENDS = "compares with '{}', which no client sends. The operation is called '{}'."
+
+
+@pytest.mark.parametrize(
+    ("before", "word", "first", "second", "says"),
+    [
+        ("pass", "request.operation", "add", "substract", [f"6: `request.operation == 'substract'` {SENDS}"]),
+        ("kind = request.operation", "kind", "Add", "subtract", [f"4: `request.operation == 'Add'` {SENDS}"]),
+        ("pass", "request.operation", "add", "subtract", []),
+        ("pass", "request.operation", "add", "sub", []),
+        ("pass", "request.operation", "add", "Add", []),
+        ("x = request.operation.title()", "request.operation", "Add", "subtract", []),
+        ("kind = input()", "kind", "add", "substract", []),
+    ],
+)
+def test_an_operation_that_no_client_sends_is_told(before, word, first, second, says):
+    text = CALCULATES.format(before=before, word=word, first=first, second=second)
+    wrong = ("Add", "add") if first == "Add" else ("substract", "subtract")
+    assert slips(f"%%exercise server.py\n{text}") == [f"note: line {each.format(*wrong)}" for each in says]
+
+
+@pytest.mark.parametrize(
+    ("test", "sets", "says"),
+    [
+        ("self.state == 'stoped'", "self.state = 'stopped'", "is never true. Did you mean 'stopped'?"),
+        ("self.state != 'Stopped'", "self.state = 'stopped'", "is always true. Did you mean 'stopped'?"),
+        ("self.state == 'stoped'", "self.state = 'on' if request.data else 'stopped'", "Did you mean 'stopped'?"),
+        ("self.state == 'stopped'", "self.state = 'stopped'", ""),
+        ("self.state == 'broken'", "self.state = 'stopped'", ""),
+        ("self.state == 'stoped'", "self.state = 'stopped'; self.state = request.text", ""),
+        ("self.state == 'stoped'", "self.state = 'stopped'; setattr(self, 'state', name)", ""),
+        ("self.state == 'stoped'", "self.state, self.last = 'stopped', self.state", ""),
+        ("self.state == 'stoped'", "self.state = 'stopped'; self.state += 'x'", ""),
+    ],
+)
+def test_a_state_that_nothing_sets_is_told(test, sets, says):
+    text = "class Motors(Node):\n    def __init__(self):\n        self.state = 'off'\n"
+    text += f"    def enable(self, request, response):\n        response.success = {test}\n        {sets}\n"
+    told = "".join(slips(f"%%exercise motors.py\n{text}        return response\n"))
+    assert told.endswith(says) and bool(told) == bool(says), told
+
+
 COUNTS = """class Counter(Node):
     def __init__(self):
         ActionServer(self, Fibonacci, 'count', self.execute)

@@ -115,6 +115,11 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "if request.operation == 'subtract'"}, lambda file: broken_chain(file, "add"),
          "This `if` begins a new chain, whose last branches run for 'add' as well: write `elif`."),
         ("calculator", "calculator_server.py", {}, lambda file: broken_chain(file, "add"), ""),
+        ("calculator", "calculator_server.py", {"== 'subtract'": "== 'substract'"},
+         lambda file: broken_chain(file, "subtract"),
+         "`request.operation == 'substract'` compares with 'substract', which no client sends. The op"),
+        ("calculator", "calculator_server.py", {"== 'subtract'": "== 'substract'"},
+         lambda file: broken_chain(file, "add"), ""),
         ("calculator", "calculator_server.py", {"elif request.operation == 'subtract'":
          "if request.operation == 'subtract'"}, lambda file: broken_chain(file, "subtract"), ""),
         ("ai_integration", "wall_follower.py", {"        self.cmd_vel_pub.publish(cmd)\n": ""}, published_only_if,
