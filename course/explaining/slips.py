@@ -12,6 +12,7 @@ from course.explaining.interface_fields import fields_of
 from course.explaining.lost_values import lost_values
 from course.explaining.misspelt_texts import misspelt_texts
 from course.explaining.source import (
+    CALLBACKS,
     argument,
     bare_statements,
     calls,
@@ -37,7 +38,8 @@ CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "s
 CALLED_WITH = ("call_async", "publish", "publish_feedback", "send_goal_async")  # the same, with arguments
 FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
 SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
-IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?::[^{}]*)?\}")
+ANSWERS = ("message", "reason")  # fields with a text that is shown
+IN_BRACES = re.compile(r"\{([A-Za-z_]\w*)(?:\.\w+)*(?:\([^(){}]*\))?(?:!r)?(?::[^{}]*)?\}")
 MAKERS = re.compile(
     r"create_(?:client|publisher|service|subscription|timer)|declare_parameters?|Action(?:Client|Server)"
     r"|add_\w+_parameters_callback"
@@ -51,6 +53,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
+    found |= {*_unawaited(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
@@ -109,9 +112,12 @@ def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
         known = {node.arg for node in nodes if isinstance(node, ast.arg)}
         known |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         given = [call.args[0] for name in SHOWN for call in calls(function, name) if call.args]
-        for node in nodes:
-            if isinstance(node, ast.Assign) and name_of(node.targets[0]) in ("message", "reason"):
-                given.append(node.value)
+        set_here = (node for node in nodes if isinstance(node, ast.Assign))
+        given += [node.value for node in set_here if name_of(node.targets[0]) in ANSWERS]
+        given += [node.value for node in nodes if isinstance(node, ast.keyword) and node.arg in ANSWERS]
+        given += [part for each in given if isinstance(each, ast.IfExp) for part in (each.body, each.orelse)]
+        if next(calls(function, "format"), None):
+            continue
         for text in given:
             if isinstance(text, ast.Constant) and isinstance(text.value, str):
                 named_there = IN_BRACES.findall(text.value)
@@ -121,6 +127,25 @@ def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
                         text.lineno,
                         f"{short!r} shows its braces as they are: write `f` before the first quotation mark.",
                     )
+
+
+def _unawaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield lambdas that are given as a callback, and only call an `async def` of the text: nothing awaits that."""
+    made = [*functions(tree)]
+    coroutines = {each.name for each in made if isinstance(each, ast.AsyncFunctionDef)} - {
+        each.name for each in made if isinstance(each, ast.FunctionDef)
+    }
+    for maker in ("create_service", "create_subscription", "create_timer"):
+        for given in (argument(call, *CALLBACKS[maker]) for call in calls(tree, maker)):
+            called = given.body if isinstance(given, ast.Lambda) else None
+            if isinstance(given, ast.Lambda) and isinstance(called, ast.Call) and name_of(called.func) in coroutines:
+                text = ast.unparse(called.func)
+                why = f"the lambda only begins `{text}`, which is `async def`, and nothing awaits it."
+                same = [each.arg for each in given.args.args] == [
+                    *map(ast.unparse, called.args)
+                ] and not called.keywords
+                how = f"Pass `{text}` itself." if same else f"Pass an `async def` that awaits `{text}`."
+                yield given.lineno, f"{why} {how}"
 
 
 def _after_the_end(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:

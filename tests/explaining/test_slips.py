@@ -100,6 +100,13 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
         ("if self.future.done: pass", ""),
         ("self.get_logger().info('given {params}')",
          "line 13: 'given {params}' shows its braces as they are: write `f` before the first quotation mark."),
+        ("self.message = 'Motors {self.is_ok()}'",
+         "line 13: 'Motors {self.is_ok()}' shows its braces as they are: write `f` before the first quotation mark."),
+        ("self.made = SetParametersResult(reason='not {params!r}' if params else '')",
+         "line 13: 'not {params!r}' shows its braces as they are: write `f` before the first quotation mark."),
+        ("self.message = 'Motors {self.is_ok()}'.format(self=self)", ""),
+        ("self.message = 'Motors {state}'; state = self.message.format(state=1)", ""),
+        ("self.message = 'Motors {is_fresh()}'", ""),
         ("self.reason = 'not {self.free:.1f} free'",
          ("line 13: 'not {self.free:.1f} free' shows its braces as they are: write `f` before the first "
           "quotation mark.")),
@@ -510,6 +517,29 @@ def test_an_attribute_that_stays_none_beside_one_that_nothing_reads_is_told(sets
     text += f"    def hear(self, msg):\n        {sets}\n        {more or 'pass'}\n        return self.came\n"
     says = ["note: line 5: nothing in the file reads `self.come`. Did you mean `self.came`?"] if told else []
     assert slips(f"%%exercise follower.py\n{text}") == says
+
+
+RELAYS = """class Relay(Node):
+    def __init__(self):
+        self.create_service(Trigger, '/relay', {callback})
+    {define} relay(self, request, response):
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("define", "callback", "says"),
+    [
+        ("async def", "lambda q, r: self.relay(q, r)", "and nothing awaits it. Pass `self.relay` itself."),
+        ("async def", "callback=lambda q, r: self.relay(r, q)", "Pass an `async def` that awaits `self.relay`."),
+        ("async def", "self.relay", ""),
+        ("async def", "lambda q, r: self.executor.create_task(self.relay(q, r)) and r", ""),
+        ("def", "lambda q, r: self.relay(q, r)", ""),
+    ],
+)
+def test_a_lambda_that_only_begins_a_coroutine_is_told(define, callback, says):
+    told = "".join(slips(RELAYS.format(define=define, callback=callback)))
+    assert told.endswith(says) and told.startswith("note: line 3: the lambda only begins `self.relay`") == bool(says)
 
 
 CALCULATES = """class Calculator(Node):
