@@ -1220,7 +1220,7 @@ WRONG = {
         {"client_shows_message"},
     ),
     "client shows the message in Latin-1": (
-        client(("{response.message}", "{response.message.encode('latin-1', 'replace').decode('latin-1')}")),
+        client(("{response.message}", '{response.message.encode("latin-1", "replace").decode("latin-1")}')),
         {"client_shows_message"},
     ),
     "client shows the message in ASCII": (
