@@ -122,6 +122,7 @@ def hand_in_and_return(services: Path, folder: Path) -> str:
     return run("course", "feedback", folder / name, cwd=services)
 
 
+@pytest.mark.long("the whole loop of one student, with a grading")
 def test_from_the_work_to_the_feedback_in_the_terminal(confinement, tmp_path):
     (tmp_path / "work/services").mkdir(parents=True)
     shutil.copy(ROOT / "notebooks/services/services.ipynb", tmp_path / "work/services")
