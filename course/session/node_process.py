@@ -39,7 +39,7 @@ from course.session.started.sitecustomize import LEAVE
 KEPT_LINES = 2000
 GRACE = 3.0  # s for a program to end after Ctrl-C
 BUSY = 1.0  # s of a processor that it may use meanwhile: more means that it is in a loop
-LEAVING = 1.0  # s for it to destroy its nodes
+LEAVING = 3.0  # s at most for it to destroy its nodes, which takes long where others use the processor, too
 
 
 class NodeProcess:
