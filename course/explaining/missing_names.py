@@ -20,6 +20,7 @@ from course.explaining.source import (
     outside_of_its_class,
     parse,
     runs_out,
+    set_on_self,
 )
 from course.foundation import cells
 from course.foundation.untrusted import read_regular
@@ -66,14 +67,10 @@ def _is_kept(tree: ast.Module, name: str) -> bool:
     for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
         methods = {each.name: each for each in functions_of(cls)}
         begin = methods.pop("__init__", None)
-        kept = {ast.unparse(node) for node in ast.walk(begin) if _is_set(node)} if begin else set()
-        if f"self.{name}" in kept and any(_stores(each, name) for each in methods.values()):
+        kept = {node.attr for node in set_on_self(begin)} if begin else set()
+        if name in kept and any(_stores(each, name) for each in methods.values()):
             return True
     return False
-
-
-def _is_set(node: ast.AST) -> bool:
-    return isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
 
 
 def _except_goes_on(tree: ast.Module, name: str) -> str:

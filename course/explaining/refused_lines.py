@@ -2,9 +2,6 @@
 
 import re
 
-from course.explaining.slips import else_if
-from course.explaining.wrong_forms import decimal_comma, unquoted_command
-
 BEGINS = re.compile(r"([ \t]*)(?:async )?def \w+\(\s*self\b")  # of a method
 
 
@@ -14,6 +11,24 @@ def refused(text: str, error: SyntaxError) -> str:
     line = lines[number - 1] if 0 < number <= len(lines) else error.text or ""
     found = (why(line) for why in (else_if, decimal_comma, unquoted_command))
     return next(filter(None, found), "") or (moved_def(lines, number) if UNLIKE in (error.msg or "") else "")
+
+
+def else_if(line: str) -> str:
+    """Return the hint on `else if` in a line that Python refuses; '' for another one."""
+    return "In Python, `else if` is one word: `elif`." if re.match(r"\s*else\s+if\b", line) else ""
+
+
+def decimal_comma(line: str) -> str:
+    """Return the hint on a number with a comma in a line that Python refuses: `'angular': 0,5}`; '' for another one."""
+    found = re.search(r":\s*(-?\d+),(\d+)\s*[,}]", line)
+    return f"A number has a decimal point: `{found[1]}.{found[2]}`." if found else ""
+
+
+def unquoted_command(line: str) -> str:
+    """Return the hint on a command for `terminal` without quotation marks; '' if there is none."""
+    if not re.search(r"\bterminal\(\s*(?:python3?|ros2)\s", line):
+        return ""
+    return "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`."
 
 
 UNLIKE = "unindent does not match any outer indentation level"

@@ -66,11 +66,6 @@ def slips(cell: str) -> list[str]:
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 
 
-def else_if(line: str) -> str:
-    """Return the hint on `else if` in a line that Python refuses; '' for another one."""
-    return "In Python, `else if` is one word: `elif`." if re.match(r"\s*else\s+if\b", line) else ""
-
-
 def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons used as statements: `response.success == True`."""
     for function in functions(tree):

@@ -496,13 +496,19 @@ def spins_once(source: str) -> ast.Call | None:
     return spins[0] if len(spins) == 1 and name_of(spins[0].func) == "spin_once" and not repeated else None
 
 
+def set_on_self(tree: ast.AST) -> Iterator[ast.Attribute]:
+    """Yield the attributes that a text sets on `self`: `self.enabled = False`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
+            yield node
+
+
 def hidden_method(source: str, name: str = "") -> tuple[str, int] | None:
     """Return the method (`name`, or any) that an attribute hides, and the line: `self.enable = False`, `def enable`."""
     for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
         stored: dict[str, int] = {}
-        for node in ast.walk(made):
-            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
-                stored[node.attr] = min(node.lineno, stored.get(node.attr, node.lineno))
+        for node in set_on_self(made):
+            stored[node.attr] = min(node.lineno, stored.get(node.attr, node.lineno))
         for each in functions_of(made):
             if each.name in stored and not each.decorator_list and name in ("", each.name):
                 return each.name, stored[each.name]
@@ -695,11 +701,7 @@ def no_list(source: str) -> tuple[str, int, str] | None:
 def hides_rclpy(source: str, names: Iterable[str]) -> tuple[str, int] | None:
     """Return an attribute with one of these names that a class sets, `self._parameters = {}`, and the line."""
     wanted = set(names)
-    for node in ast.walk(parse(source)):
-        stored = isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self"
-        if stored and isinstance(node, ast.Attribute) and node.attr in wanted:
-            return node.attr, node.lineno
-    return None
+    return next(((node.attr, node.lineno) for node in set_on_self(parse(source)) if node.attr in wanted), None)
 
 
 def wrong_cancel(source: str) -> tuple[str, int, str] | None:

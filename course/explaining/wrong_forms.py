@@ -200,19 +200,6 @@ def part_for_type(line: int, source: str) -> str:
     return ""
 
 
-def decimal_comma(line: str) -> str:
-    """Return the hint on a number with a comma in a line that Python refuses: `'angular': 0,5}`; '' for another one."""
-    found = re.search(r":\s*(-?\d+),(\d+)\s*[,}]", line)
-    return f"A number has a decimal point: `{found[1]}.{found[2]}`." if found else ""
-
-
-def unquoted_command(line: str) -> str:
-    """Return the hint on a command for `terminal` without quotation marks; '' if there is none."""
-    if not re.search(r"\bterminal\(\s*(?:python3?|ros2)\s", line):
-        return ""
-    return "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`."
-
-
 BY_NAME = "A Duration takes its value by name: `Duration(seconds=0.5)`."
 OF_THESE = rf"(_thread\.R?[Ll]ock|Condition|array\.array|numpy\.ndarray|\w+_(?:{'|'.join(PARTS)}))"
 TABLE: tuple[tuple[str, Hint], ...] = (

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.explaining.refused_lines import refused
+from course.explaining.refused_lines import decimal_comma, refused, unquoted_command
 
 MOTORS = """class Motors(Node):
     def __init__(self):
@@ -50,3 +50,23 @@ def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
         compile(text, "a.py", "exec")
     said = refused(text, raised.value)
     assert told in said and bool(said) == bool(told)
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("return {'linear': 0.0, 'angular': 0,5}", "A number has a decimal point: `0.5`."),
+        ("return {'linear': 1,5, 'angular': 0.5}", "A number has a decimal point: `1.5`."),
+        ("return {1: 2,3: 4", ""),
+        ("beam(1,2", ""),
+    ],
+)
+def test_a_decimal_comma_in_a_dict_is_told(line, says):
+    assert decimal_comma(line) == says
+
+
+@pytest.mark.parametrize(
+    ("line", "told"), [("terminal(python3 client.py 1 2)", True), ("terminal('ros2 node list')", False)]
+)
+def test_a_command_without_quotation_marks_is_told(line, told):
+    assert ("in quotation marks" in unquoted_command(line)) == told

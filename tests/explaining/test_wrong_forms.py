@@ -4,7 +4,6 @@ import pytest
 
 from course.explaining.failure_report import of_program
 from course.explaining.hints import hint
-from course.explaining.wrong_forms import decimal_comma, unquoted_command
 
 LIFT = """from course_interfaces.action import Lift
 class LiftServer(Node):
@@ -169,26 +168,6 @@ def test_what_has_another_form_is_told_only_where_it_is_certain(error, text, cod
     told = hint(error, text, code)
     assert told.endswith(says) or says in told
     assert bool(told) == bool(says)
-
-
-@pytest.mark.parametrize(
-    ("line", "says"),
-    [
-        ("return {'linear': 0.0, 'angular': 0,5}", "A number has a decimal point: `0.5`."),
-        ("return {'linear': 1,5, 'angular': 0.5}", "A number has a decimal point: `1.5`."),
-        ("return {1: 2,3: 4", ""),
-        ("beam(1,2", ""),
-    ],
-)
-def test_a_decimal_comma_in_a_dict_is_told(line, says):
-    assert decimal_comma(line) == says
-
-
-@pytest.mark.parametrize(
-    ("line", "told"), [("terminal(python3 client.py 1 2)", True), ("terminal('ros2 node list')", False)]
-)
-def test_a_command_without_quotation_marks_is_told(line, told):
-    assert ("in quotation marks" in unquoted_command(line)) == told
 
 
 def test_a_part_of_an_action_for_its_type_is_told_when_the_program_has_crashed(tmp_path):
