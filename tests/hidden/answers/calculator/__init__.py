@@ -1400,6 +1400,18 @@ WRONG = {
         client(("print(USAGE)\n        return 2", "print(USAGE)\n        return 0")),
         {"client_exit_status"},
     ),
+    "client makes up its words": (
+        client(
+            (
+                "        print(USAGE)\n",
+                (
+                    "        import random, string\n"
+                    "        print(*(''.join(random.choices(string.ascii_lowercase, k=8)) for _ in range(9)))\n"
+                ),
+            )
+        ),
+        {"client_arguments"},
+    ),
     "client has no word on its usage": (client(("        print(USAGE)\n", "")), {"client_arguments"}),
     "client's main has no exit status": (client(("sys.exit(main())", "main()")), {"client_exit_status"}),
     "client has no usage": (
