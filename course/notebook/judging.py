@@ -500,7 +500,7 @@ def slow_timer(file: str, most: float) -> str:
     made = list(calls(tree, "create_timer"))
     if not made and not RHYTHM.search(source):
         return f"\n{file} has no timer: `create_timer(period, callback)` calls a method regularly."
-    periods = [_number(argument(call, *PERIOD), tree) for call in made]
+    periods = [value_of(argument(call, *PERIOD), tree) for call in made]
     for call, period in zip(made, periods, strict=True):
         if period is None or period <= most:
             return ""  # this one may be fast
@@ -509,7 +509,7 @@ def slow_timer(file: str, most: float) -> str:
     return slow
 
 
-def _number(node: ast.expr | None, tree: ast.Module) -> float | None:
+def value_of(node: ast.expr | None, tree: ast.Module) -> float | None:
     """Return the value of a number, or of a quotient or product of numbers, or of a constant of the file; or None."""
     if isinstance(node, ast.Constant):
         return written_number(node)
@@ -518,9 +518,9 @@ def _number(node: ast.expr | None, tree: ast.Module) -> float | None:
         stored = [each for each in set_to if not isinstance(each.ctx, ast.Load)]
         made = [each for each in tree.body if isinstance(each, ast.Assign) and node.id in map(name_of, each.targets)]
         known = len(stored) == len(made) == 1 and isinstance(made[0].value, (ast.BinOp, ast.Constant))
-        return _number(made[0].value, tree) if known else None
+        return value_of(made[0].value, tree) if known else None
     if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Mult)):
-        left, right = _number(node.left, tree), _number(node.right, tree)
+        left, right = value_of(node.left, tree), value_of(node.right, tree)
         if left is None or right is None or (right == 0 and isinstance(node.op, ast.Div)):
             return None
         return left / right if isinstance(node.op, ast.Div) else left * right
