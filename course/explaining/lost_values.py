@@ -1,7 +1,6 @@
 """Values in the text of a cell that are lost, or that are compared with themselves: `last = error`, `error - last`."""
 
 import ast
-import re
 from collections.abc import Iterator
 
 from course.explaining.source import (
@@ -17,7 +16,6 @@ from course.explaining.source import (
 )
 
 SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return)
-LIMIT = re.compile(r"\boutput_(min|max)\b")
 BLOCKS = ("body", "orelse", "finalbody")
 
 
@@ -26,7 +24,6 @@ def lost_values(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     yield from _read_from_a_new_request(tree)
     yield from _gathered_in_vain(tree)
     yield from _differences_of_one_value(tree, skipped)
-    yield from _limits_exchanged(tree)
     yield from _methods_shown(tree)
 
 
@@ -127,27 +124,6 @@ def _of_self(node: ast.AST) -> bool:
     """Return True for a call of a method of the object, which may change its attributes."""
     called = node.func if isinstance(node, ast.Call) else None
     return isinstance(called, ast.Attribute) and name_of(called.value) == "self" and called.attr != "get_parameter"
-
-
-def _limits_exchanged(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield `min` with the lower limit, and `max` with the upper one: `min(output_min, effort)`."""
-    for function, limit, other in (("min", "min", "max"), ("max", "max", "min")):
-        for call in (each for each in calls(tree, function) if isinstance(each.func, ast.Name) and len(each.args) == 2):
-            kinds = [_limits(each) for each in call.args]
-            if {limit} in kinds and {other} not in kinds:
-                side = "above the lower" if limit == "min" else "below the upper"
-                yield (
-                    call.lineno,
-                    (
-                        f"`{ast.unparse(call)}` is never {side} limit. The smallest that an effort may be is kept by "
-                        "`max(output_min, ...)`, the largest by `min(output_max, ...)`."
-                    ),
-                )
-
-
-def _limits(value: ast.expr) -> set[str]:
-    nested = any(isinstance(node, ast.Call) and name_of(node.func) in ("min", "max") for node in ast.walk(value))
-    return set() if nested else {*LIMIT.findall(ast.unparse(value))}
 
 
 def _methods_shown(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from course.explaining.conditions import always, asked_by
+from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.interface_fields import fields_of
 from course.explaining.lost_values import lost_values
 from course.explaining.misspelt_texts import misspelt_texts
@@ -55,6 +56,7 @@ def slips(cell: str) -> list[str]:
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     found |= {*_unawaited(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
+    found |= {*exchanged_limits(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.failure_report import frame_at, text_at
 from course.explaining.misspelt_texts import operations
 from course.explaining.source import (
@@ -380,6 +381,14 @@ def _compares(test: ast.expr) -> tuple[str, object]:
     if isinstance(test, ast.Compare) and len(test.ops) == 1 and isinstance(test.ops[0], ast.Eq):
         return ast.unparse(test.left), getattr(test.comparators[0], "value", None)
     return "", None
+
+
+def clamped_wrongly(file: str) -> str:
+    """Return lines on two limits that a program exchanges; '' if its text does not show that."""
+    source = text_at(Path(file))
+    for line, why in sorted(exchanged_limits(parse(source))):
+        return f"\n{frame_at(file, line, source)}\n{why[0].upper()}{why[1:]}"
+    return ""
 
 
 def never_reads(file: str, field: str) -> str:

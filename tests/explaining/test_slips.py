@@ -638,6 +638,7 @@ MANY = """class Many(Node):
         return self.handle.get_result_async()
 """
 NEW = "request = Add.Request()\n        "
+LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n        "
 
 
 @pytest.mark.parametrize(
@@ -659,6 +660,25 @@ NEW = "request = Add.Request()\n        "
         ("callback", "effort = min(max(0, msg.data), self.output_min)", "is never above the lower"),
         ("callback", "effort = max(self.output_min, min(self.output_max, msg.data))", ""),
         ("callback", "if min(self.output_min, self.output_max) < 0: pass", ""),
+        ("callback", LIMITS + "effort = min(low, max(high, msg.data))", "is never above the lower limit."),
+        ("callback", LIMITS + "if data > low: low = high = 1.0\n        effort = min(low, max(high, msg.data))", ""),
+        ("callback", LIMITS + "effort = max(low, min(high, msg.data))", ""),
+        ("callback", LIMITS + "if effort > high: effort = low",
+         "line 8: a value above the upper limit is set to the lower one here: the two are exchanged. Write `ef"),
+        ("callback", LIMITS + "if low >= effort: effort = high", "a value below the lower limit is set to the upper"),
+        ("callback", LIMITS + "if effort > high: effort = high\n        elif effort < low: effort = low", ""),
+        ("callback", LIMITS + "if low > high: low = high", ""),
+        ("callback", LIMITS + "if effort > high: print(low)", ""),
+        ("callback", "angular = min(-0.5, max(0.5, 1.5 * msg.data))",
+         "line 7: `min(-0.5, max(0.5, 1.5 * msg.data))` is always -0.5: the two limits are exchanged. Write `m"),
+        ("callback", "angular = max(0.5, min(-0.5, msg.data))", "is always 0.5: the two limits are exchanged."),
+        ("callback", "angular = max(-0.5, min(0.5, msg.data))", ""),
+        ("callback", "angular = min(0.5, max(-0.5, msg.data))", ""),
+        ("callback", "angular = min(0.5, max(low, msg.data))", ""),
+        ("callback", "if angular > 0.5: angular = -0.5", "is set to the lower one here: the two are exchanged."),
+        ("callback", "if angle > 180: angle = -180", ""),
+        ("callback", "if angular > 0.5: angular = 0.5", ""),
+        ("callback", "if effort < 0: effort = 0", ""),
         ("check", "if 'low' in params: pass",
          "line 9: `'low' in params` is always false: `params` is a list of Parameters, not of their names. A dict of"),
         ("check", "params = {each.name: each for each in params}\n        if 'low' in params: pass", ""),

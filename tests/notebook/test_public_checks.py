@@ -1693,6 +1693,25 @@ SENTENCES = [
         "parameters",
         "pid-node",
         "pid_node.py",
+        "        effort = max(self.value('output_min'), min(self.value('output_max'), effort))\n",
+        (
+            "        low, high = self.value('output_min'), self.value('output_max')\n        if effort > high:\n"
+            "            effort = low\n        elif effort < low:\n            effort = high\n"
+        ),
+        "it gave -10.0, which is output_min\n  pid_node.py, line ",
+    ),
+    (
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "max(-0.5, min(0.5, angular))",
+        "min(-0.5, max(0.5, angular))",
+        "` is always -0.5: the two limits are exchanged. Write `max(-0.5, min(0.5, angular))`.",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
         "else now - self.last_time",
         "else min(now - self.last_time, 2.0)",
         "It rose by 10.00\n  pid_node.py, line ",
