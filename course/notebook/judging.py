@@ -409,16 +409,33 @@ def within(timeout: float, condition: Callable[[], object], process: Handle, ser
 
 def other_client(process: Handle, service: str, kind: type[Any]) -> str:
     """Return lines that say of which type a program's client of `service` is, if not of `kind`; '' otherwise."""
-    node, wanted = live().node, type_name(kind)
-    for each in process.nodes if isinstance(process, NodeProcess) else ():
-        types: list[str] = []
+    node, wanted, source = live().node, type_name(kind), process.source if isinstance(process, NodeProcess) else ""
+    line, written = written_type(source, service)
+    types = [written] if written else []
+    for each in process.nodes if isinstance(process, NodeProcess) and not written else ():
         with contextlib.suppress(NodeNameNonExistentError):  # it has ended
-            types = dict(node.get_client_names_and_types_by_node(*split(each))).get(service, [])
-        if types and wanted not in types:
-            line = made_at(process.source, "create_client", service)
-            at = f"\n{frame_at(process.name, line, process.source)}" if line else ""
-            return f"{at}\nIts client of {service} has the type {types[0]}; it must be {wanted}."
-    return ""
+            found = dict(node.get_client_names_and_types_by_node(*split(each))).get(service, [])
+            types = types if wanted in types else found
+    if not types or wanted in types:
+        return ""
+    line = line or made_at(source, "create_client", service)
+    at = f"\n{frame_at(process.name, line, source)}" if line else ""
+    return f"{at}\nIts client of {service} has the type {types[0]}; it must be {wanted}."
+
+
+def written_type(source: str, service: str) -> tuple[int, str]:
+    """Return the line of a program's only client of `service`, and its type as the program imports it; or 0 and ''."""
+    tree = parse_program(source)
+    named_so = ((call, getattr(argument(call, 1, "srv_name"), "value", "")) for call in calls(tree, "create_client"))
+    made = [call for call, name in named_so if str(name).lstrip("/~") == service.lstrip("/")]
+    kind = argument(made[0], 0, "srv_type") if len(made) == 1 else None
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    types = [f"{node.module}.{alias.name}".replace(".", "/") for node in imports for alias in node.names
+             if isinstance(kind, ast.Name) and (alias.asname or alias.name) == kind.id]  # fmt: skip
+    other = any(each.name == name_of(kind) for each in ast.walk(tree) if isinstance(each, ast.ClassDef))
+    if len(types) != 1 or other or not re.fullmatch(r"\w+/srv/\w+", types[0]):
+        return 0, ""
+    return made[0].lineno, types[0]
 
 
 def why_silent(file: str) -> str:

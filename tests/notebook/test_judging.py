@@ -334,6 +334,31 @@ def test_why_callbacks_come_too_often_or_not_at_all(tmp_path, monkeypatch, told,
     assert says in told("node.py") and bool(told("node.py")) == bool(says)
 
 
+TRIGGER = "from std_srvs.srv import Trigger\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        (f"{TRIGGER}self.create_client(Trigger, '/asked')", (2, "std_srvs/srv/Trigger")),
+        (f"{TRIGGER}self.create_client(srv_name='asked', srv_type=Trigger)", (2, "std_srvs/srv/Trigger")),
+        ("from std_srvs.srv import SetBool as T\nself.create_client(T, 'asked')", (2, "std_srvs/srv/SetBool")),
+        (f"{TRIGGER}self.create_client(Trigger, name)", (0, "")),
+        (f"{TRIGGER}self.create_client(Trigger, '/other')", (0, "")),
+        (f"{TRIGGER}self.create_client(kind, '/asked')", (0, "")),
+        (
+            f"{TRIGGER}for _ in 1, 2: self.create_client(Trigger, 'asked'), self.create_client(SetBool, 'asked')",
+            (0, ""),
+        ),
+        (f"{TRIGGER}from mine.srv import Trigger\nself.create_client(Trigger, 'asked')", (0, "")),
+        ("from std_srvs.srv._trigger import Trigger\nself.create_client(Trigger, 'asked')", (0, "")),
+        ("from mine import Trigger\nself.create_client(Trigger, 'asked')", (0, "")),
+    ],
+)
+def test_the_type_of_a_client_by_its_text(text, found):
+    assert judging.written_type(text, "/asked") == found
+
+
 def test_a_program_that_does_nothing_by_its_text_is_not_started(folder):
     (folder / "server.py").write_text("executor = SingleThreadedExecutor()\nexecutor.spin()\n")
     with pytest.raises(ExerciseError, match="server.py, line 2: `executor.spin"):
