@@ -1,12 +1,14 @@
 """Helpers of public checks: what a program does with its command line and its exit status, by its text."""
 
 import ast
+import re
 from pathlib import Path
 
+from course.explaining.conditions import asked_by
 from course.explaining.failure_report import frame_at, text_at
 from course.explaining.mixups import assigned
 from course.explaining.outline import EXITS, uncalled_main
-from course.explaining.source import calls, functions, name_of, parse
+from course.explaining.source import calls, functions, inside, name_of, parse
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
 NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
@@ -35,6 +37,12 @@ def lost_status(file: str, status: int) -> str:
                     f"\n{frame_at(file, node.lineno, source)}\nThis returns None, which is the status 0: write "
                     "`return 1`, for example."
                 )
+    for node in inside(main) if main and status == 0 and given_to else ():
+        if isinstance(node, ast.Return) and getattr(node.value, "value", None) is False:
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status, and False is the "
+                "status 0: write `return 1`, for example."
+            )
     exits = sum(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
     given = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, map(_function, call.args))]
     if main and not any(returns) and status == 0 and len(given) == exits == 1:
@@ -60,6 +68,12 @@ def printed_status(file: str, output: str, status: int) -> str:
     tree = parse(source)
     if status == 0 and not output.strip():
         return _nothing_printed(file, source)
+    if status and (other := _in_other_letters(tree, output)):
+        line, word, shown = other
+        return (
+            f"\n{frame_at(file, line, source)}\nThis compares with '{word}', and the word is '{shown}': capital and "
+            "small letters differ."
+        )
     main = next((each for each in functions(tree) if each.name == "main"), None)
     given = [name_of(getattr(each, "func", None)) for name in EXITS for call in calls(tree, name) for each in call.args]
     if status != 1 or main is None or "main" not in given or "Traceback" in output:
@@ -77,6 +91,56 @@ def printed_status(file: str, output: str, status: int) -> str:
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status, and True is the "
                 "status 1. After a success, return 0."
+            )
+    return ""
+
+
+def _in_other_letters(tree: ast.Module, output: str) -> tuple[int, str, str] | None:
+    """Return the line of a comparison of a variable with a word that is printed in other letters, and both words.
+
+    None if a variable may have the word in those of the comparison.
+    """
+    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    if any(next(calls(tree, name), None) for name in LETTERS):
+        return None
+    shown = {word.lower(): word for word in re.findall(r"\w+", output.strip().rpartition("\n")[2])}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
+            for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+                word = getattr(other, "value", None) if isinstance(one, (ast.Name, ast.Attribute)) else None
+                printed = shown.get(word.lower(), word) if isinstance(word, str) else word
+                if word != printed and texts.count(word) == 1 and printed in texts and isinstance(word, str):
+                    return node.lineno, word, str(printed)
+    return None
+
+
+LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")
+
+
+def zero_is_false(file: str, option: str) -> str:
+    """Return lines about a number of the command line, such as `cancel_after`, whose 0 counts as false; '' otherwise.
+
+    It is looked for where no other line of the text compares the number with 0 or None.
+    """
+    source = text_at(Path(file))
+    tree = parse(source)
+
+    def is_it(node: ast.AST) -> bool:
+        return isinstance(node, (ast.Attribute, ast.Name)) and name_of(node).strip("_") == option
+
+    compared = [node for node in ast.walk(tree) if isinstance(node, ast.Compare)]
+    sides = [[node.left, *node.comparators] for node in compared]
+    if any(any(map(is_it, each)) and any(isinstance(one, ast.Constant) for one in each) for each in sides):
+        return ""
+    defaults = [each.value for call in calls(tree, "add_argument") for each in call.keywords if each.arg == "default"]
+    if any(getattr(each, "value", 0) is not None for each in defaults):
+        return ""
+    for node in ast.walk(tree):
+        for asked in filter(is_it, asked_by(node)):
+            text = ast.unparse(asked)
+            return (
+                f"\n{frame_at(file, asked.lineno, source)}\nIn a condition, 0 counts as false, as None does: "
+                f"`{text} is not None` asks whether there is a number."
             )
     return ""
 

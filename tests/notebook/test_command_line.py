@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.notebook.command_line import kept_name, lost_status, printed_status, return_in_finally
+from course.notebook.command_line import kept_name, lost_status, printed_status, return_in_finally, zero_is_false
 from course.notebook.judging import why_silent
 from tests.mistakes import SOLUTIONS
 
@@ -30,6 +30,12 @@ def test_of_a_right_client_nothing_is_said(monkeypatch, client):
         ),
         ("return sys.exit(1)", "sys.exit(main())", ""),
         ("return 256", "sys.exit(main())", "\n  client.py, line 2\n    return 256\nAn exit status is a number from 0"),
+        (
+            "return False",
+            "sys.exit(main())",
+            "\n  client.py, line 2\n    return False\nWhat main() returns is the exit",
+        ),
+        ("ok = lambda: False; return 1", "sys.exit(main())", ""),
         ("sys.exit(512)", "main()", "\n  client.py, line 2\n    sys.exit(512)\nAn exit status"),
     ],
 )
@@ -61,6 +67,48 @@ def test_a_result_in_place_of_the_status(tmp_path, monkeypatch, main, end, outpu
     told = printed_status("client.py", output, 1)
     assert told.startswith(f"\n  client.py, line 2\n    {main}\nWhat main() returns is the exit status") == says
     assert bool(told) == says and printed_status("client.py", output or "SUCCEEDED\n", 0) == ""
+
+
+WORDS = "WORDS = {4: 'SUCCEEDED', 5: 'CANCELED'}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f"{WORDS}status = 0 if outcome == 'succeeded' else 1", True),
+        (f"{WORDS}if 'Succeeded' != self.outcome: status = 1", True),
+        (f"{WORDS}status = 0 if outcome == 'SUCCEEDED' else 1", False),
+        (f"{WORDS}status = 0 if outcome == 'succeeded' else 1\nprint(outcome.upper())", False),
+        (f"{WORDS}outcome = 'succeeded'\nstatus = 0 if outcome == 'succeeded' else 1", False),
+        ("status = 0 if goal.wait_end() == 'succeeded' else 1\nprint('SUCCEEDED')", False),
+        ("status = 0 if outcome == 'succeeded' else 1", False),
+    ],
+)
+def test_a_word_in_other_letters_is_told(tmp_path, monkeypatch, text, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"{text}\n")
+    said = printed_status("client.py", "Feedback: floor 1\nOutcome: SUCCEEDED\n", 1)
+    assert said.endswith("and the word is 'SUCCEEDED': capital and small letters differ.") == told == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("if self.cancel_after and self.count >= self.cancel_after: cancel()", "self.cancel_after"),
+        ("if not cancel_after: return", "cancel_after"),
+        ("least = given.cancel_after or 1000", "given.cancel_after"),
+        ("if self.cancel_after is not None and self.count >= self.cancel_after: cancel()", ""),
+        ("if given.cancel_after == 0: cancel()\nif given.cancel_after: later()", ""),
+        ("if self.count >= self.cancel_after: cancel()", ""),
+        ("if self.cancelled: return", ""),
+        ("parser.add_argument('--cancel-after', default=-1)\nif given.cancel_after: later()", ""),
+    ],
+)
+def test_a_number_whose_0_counts_as_false_is_told(tmp_path, monkeypatch, text, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "client.py").write_text(f"{text}\n")
+    said = zero_is_false("client.py", "cancel_after")
+    assert bool(said) == bool(told) and (not told or f"0 counts as false, as None does: `{told} is not None`" in said)
 
 
 @pytest.mark.parametrize(

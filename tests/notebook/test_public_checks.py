@@ -1690,6 +1690,22 @@ SENTENCES = [
         "Hz, not at 10\n  wall_follower.py, line ",
     ),
     each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "outcome == 'SUCCEEDED'",
+        "outcome == 'succeeded'",
+        "and the word is 'SUCCEEDED': capital and small letters differ.",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "self.cancel_after is not None and",
+        "self.cancel_after and",
+        "In a condition, 0 counts as false, as None does: `self.cancel_after is not None` asks whether there is a",
+    ),
+    each_night(
         "parameters",
         "pid-node",
         "pid_node.py",
