@@ -134,6 +134,11 @@ def _of_the_sectors(file: str) -> str:
                 f"\n{frame_at(file, line, source)}\nNo angle is above {low:g} and below {high:g}: the smaller "
                 "one comes first."
             )
+    if any({low, high} == RIGHT for _, (low, high) in ends) and (line := _never_negative(tree)):
+        return (
+            f"\n{frame_at(file, line, source)}\nThese angles go from 0 to 360 degrees, and none of them is from -80 to "
+            "-40: bring them to -180 to 180."
+        )
     left = [line for line, (low, high) in ends if {-low, -high} == RIGHT]
     if left and not any({low, high} == RIGHT for _, (low, high) in ends) and not MIRRORS.search(ast.unparse(tree)):
         return (
@@ -146,6 +151,29 @@ def _of_the_sectors(file: str) -> str:
             "them to -180 to 180"
         )
     return ""
+
+
+def _never_negative(tree: ast.Module) -> int:
+    """Return the line that brings angles to 0 to 360 degrees, if nothing else in the program may turn them; or 0."""
+    rests = [node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod)]
+    called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    if len(rests) != 1 or called & TURN:
+        return 0
+    circle = {*ast.walk(rests[0].right)}
+    if not any(_is_of_a_circle(node) for node in circle):
+        return 0
+    sums = (node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)))
+    turned = any(rests[0] in ast.walk(each) and each not in ast.walk(rests[0]) for each in sums)
+    elsewhere = any(_is_of_a_circle(node) for node in ast.walk(tree) if node not in circle)
+    return 0 if turned or elsewhere else rests[0].lineno
+
+
+def _is_of_a_circle(node: ast.AST) -> bool:
+    """Return True for pi, and for numbers of degrees that may turn an angle."""
+    return name_of(node) in ("pi", "tau") or getattr(node, "value", None) in (180, 270, 280, 320, 360)
+
+
+TURN = {"remainder", "fmod", "mod", "divmod", "atan2", "arctan2", "unwrap", "where", "cos", "sin"}
 
 
 def _kept_nothing(file: str) -> str:

@@ -75,6 +75,29 @@ def test_of_a_right_program_nothing_is_said(monkeypatch):
     assert no_cancel("lift_server.py") == late_newest("lift_server.py") == ""
 
 
+@pytest.mark.parametrize(
+    ("degrees", "told"),
+    [
+        ("np.degrees(angles % (2 * math.pi))", True),
+        ("np.degrees(angles % math.tau)", True),
+        ("np.degrees(angles) % 360", True),
+        ("np.degrees(angles % (2 * math.pi)) - 180", False),
+        ("np.degrees(angles % (2 * math.pi) - math.pi)", False),
+        ("np.degrees(np.where(angles % math.tau > 3, angles, 0))", False),
+        ("np.degrees(angles) % 360\n    degrees[degrees > 180] -= 360", False),
+        ("np.degrees(angles) % 360\n    usable &= (degrees - 5) % 360 < 90", False),
+    ],
+)
+def test_angles_that_are_never_negative_are_told(tmp_path, monkeypatch, degrees, told):
+    text = (SOLUTIONS / "ai_integration" / "wall_follower.py").read_text()
+    right = "np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)"
+    assert right in text
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wall_follower.py").write_text(text.replace(right, degrees))
+    said = sees_nothing("wall_follower.py")
+    assert said.endswith("none of them is from -80 to -40: bring them to -180 to 180.") == told == bool(said)
+
+
 def test_a_server_that_never_looks_for_a_cancel_is_told(tmp_path, monkeypatch):
     text = (SOLUTIONS / "actions" / "lift_server.py").read_text()
     monkeypatch.chdir(tmp_path)
