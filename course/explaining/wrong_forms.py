@@ -13,7 +13,18 @@ from typing import Any
 from course.explaining.interface_fields import fields_of
 from course.explaining.mixups import line_tree
 from course.explaining.overwritten import called
-from course.explaining.source import CALLBACKS, argument, calls, covers, last_parameter, name_of, named, parse
+from course.explaining.source import (
+    CALLBACKS,
+    argument,
+    calls,
+    covers,
+    functions,
+    hidden_method,
+    last_parameter,
+    name_of,
+    named,
+    parse,
+)
 
 Hint = Callable[[re.Match[str], str, str], str]
 PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
@@ -37,6 +48,74 @@ def _brackets(found: re.Match[str], source: str, code: str) -> str:
     kind = "an array" if found[1].endswith("array") else "a message"
     plain = [name for name in names if "." in name and re.search(rf"{re.escape(name)}\(\)", code)]
     return f"`{plain[0]}` is {kind}, not a function: leave out the brackets after it." if len(plain) == 1 else ""
+
+
+def _client_called(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on brackets after a client: `self.client(request)`."""
+    makers = {
+        "Client": ("create_client", "call_async", "request"),
+        "ActionClient": ("ActionClient", "send_goal_async", "goal"),
+    }
+    maker, method, what = makers[found[1]]
+    tree, named_so = parse(source), {*map(ast.unparse, called(code))}
+    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Assign)):
+        if name_of(getattr(node.value, "func", None)) == maker:
+            for client in named_so & {*map(ast.unparse, node.targets)}:
+                if not hidden_method(source, client.rpartition(".")[2]):
+                    return f"`{client}` is a client, not a function: `{client}.{method}({what})` sends a {what}."
+    return ""
+
+
+def _result_awaited(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `await client.call_async(request).result()`."""
+    for node in ast.walk(line_tree(code)):
+        asked = node.value.func if isinstance(node, ast.Await) and isinstance(node.value, ast.Call) else None
+        future = asked.value if isinstance(asked, ast.Attribute) and asked.attr == "result" else None
+        if isinstance(future, ast.Call) and name_of(future.func).endswith("_async"):
+            return "`await` itself gives the result of a future, which has none when it is new: leave out `.result()`."
+    return ""
+
+
+def _function_indexed(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on square brackets after a function that was not called, here or where an attribute keeps it."""
+    tree = parse(source)
+    own = {each.name for each in functions(tree)}
+    nodes = [*ast.walk(line_tree(code))]
+    read = [node for node in nodes if isinstance(node, (ast.Attribute, ast.Name))]
+    indexed = [node.value for node in nodes if isinstance(node, ast.Subscript)]
+    for node in (each for each in read if isinstance(each, ast.Name) or name_of(each.value) == "self"):
+        text, made = ast.unparse(node), _set_to(tree, node)
+        kept = [each for each in made if ast.unparse(each.value).removeprefix("self.") in own]
+        if isinstance(node, ast.Attribute) and node in indexed and (hidden := hidden_method(source, node.attr)):
+            return f"`{text} = ...` in line {hidden[1]} replaces the method `{node.attr}`: rename one of the two."
+        if kept and all(each in kept or getattr(each.value, "value", 0) is None for each in made):
+            function = ast.unparse(kept[0].value)
+            return (
+                f"Line {kept[0].lineno}, `{ast.unparse(kept[0])}`, keeps the function itself: call it, "
+                f"`{function}(...)`."
+            )
+        if not made and node in indexed and name_of(node) in own:
+            return f"`{text}` is a function here: call it, `{text}(...)`."
+    return ""
+
+
+def _set_to(tree: ast.AST, node: ast.expr) -> list[ast.Assign]:
+    """Return the statements that set a variable or an attribute; those that set it among others are left out."""
+    found = (each for each in ast.walk(tree) if isinstance(each, ast.Assign))
+    return [each for each in found if ast.unparse(node) in map(ast.unparse, each.targets)]
+
+
+def _option(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on an option of the command line that is read with its hyphen: `given.cancel-after`."""
+    for call in calls(parse(source), "add_argument"):
+        for option in (str(getattr(each, "value", "")) for each in call.args):
+            first, *others = option.lstrip("-").split("-")
+            written = r"\s*-\s*".join(map(re.escape, [first, *others]))
+            read = re.search(rf"(\w+)\.{written}\b", code)
+            if read and others and first == found[1]:
+                name = "_".join([first, *others])
+                return f"A hyphen subtracts. The value of `{option}` is `{read[1]}.{name}`, with an underscore."
+    return ""
 
 
 def _of_the_handle(found: re.Match[str], source: str, code: str) -> str:
@@ -204,6 +283,10 @@ BY_NAME = "A Duration takes its value by name: `Duration(seconds=0.5)`."
 OF_THESE = rf"(_thread\.R?[Ll]ock|Condition|array\.array|numpy\.ndarray|\w+_(?:{'|'.join(PARTS)}))"
 TABLE: tuple[tuple[str, Hint], ...] = (
     (rf"'{OF_THESE}' object is not callable", _brackets),
+    (r"'(Client|ActionClient)' object is not callable", _client_called),
+    (r"NoneType.* (?:used in 'await' expression|be awaited)", _result_awaited),
+    (r"'(?:function|method)' object is not subscriptable", _function_indexed),
+    (r"'Namespace' object has no attribute '(\w+)'", _option),
     (r"publish_feedback\(\) takes 2 positional arguments", _feedback),
     (r"(Action(?:Server|Client))\.__init__\(\) missing \d required positional argument", _first_the_node),
     (r"^TypeError: Duration\.__init__\(\) takes 1 positional", _says(BY_NAME)),

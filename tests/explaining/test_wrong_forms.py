@@ -24,6 +24,20 @@ class Adder(Node):
         self.effort = self.kp * self.b
 """
 CLIENT = "class Asker(Node):\n    def __init__(self):\n        self.client = self.create_client(Add, 'add')\n"
+FOLLOWER = """class Follower(Node):
+    def __init__(self):
+        self.distances = None
+    def laser_callback(self, msg):
+        self.distances = {kept}
+    def nearest(self, msg):
+        return {{}}
+def nearest(msg):
+    return {{}}
+"""
+ASKED = "action = self.agent.decide_action(self.distances)"
+INDEXED = "TypeError: '{}' object is not subscriptable"
+OPTIONS = "parser.add_argument('floors')\nparser.add_argument('--cancel-after', type=int)\n"
+AWAITED = "TypeError: object NoneType can't be used in 'await' expression"
 STATES = """from enum import Enum
 class State(Enum):
     LOOKING = 1
@@ -86,6 +100,55 @@ UNNAMED = "NameError: name '{}' is not defined"
             "self.client.wait_for_service()",
             "This is a server: `create_service` in line 1 makes it. A client is made by `create_client`.",
         ),
+        (
+            "TypeError: 'Client' object is not callable",
+            CLIENT,
+            "response = await self.client(question)",
+            "`self.client` is a client, not a function: `self.client.call_async(request)` sends a request.",
+        ),
+        (
+            "TypeError: 'ActionClient' object is not callable",
+            "lift = ActionClient(ros.node, Lift, 'lift')",
+            "future = lift(Lift.Goal(floors=[1]))",
+            "`lift.send_goal_async(goal)` sends a goal.",
+        ),
+        ("TypeError: 'Client' object is not callable", CLIENT, "self.other(question)", ""),
+        (
+            AWAITED,
+            CLIENT,
+            "answer = await self.client.call_async(question).result()",
+            "`await` itself gives the result of a future, which has none when it is new: leave out `.result()`.",
+        ),
+        (AWAITED, CLIENT, "answer = await self.ask(question)", ""),
+        (
+            INDEXED.format("function"),
+            FOLLOWER.format(kept="nearest"),
+            ASKED,
+            "Line 5, `self.distances = nearest`, keeps the function itself: call it, `nearest(...)`.",
+        ),
+        (INDEXED.format("method"), FOLLOWER.format(kept="self.nearest"), ASKED, "call it, `self.nearest(...)`."),
+        (INDEXED.format("function"), FOLLOWER.format(kept="nearest(msg)"), ASKED, ""),
+        (INDEXED.format("function"), FOLLOWER.format(kept="nearest"), "front = distances['front']", ""),
+        (
+            INDEXED.format("function"),
+            FOLLOWER,
+            "front = nearest['front']",
+            "`nearest` is a function here: call it, `nearest(...)`.",
+        ),
+        (
+            INDEXED.format("method"),
+            f"{FOLLOWER.format(kept='nearest(msg)')}class Other:\n    def seen(self):\n        self.seen = 1\n",
+            "front = self.seen['front']",
+            "`self.seen = ...` in line 12 replaces the method `seen`: rename one of the two.",
+        ),
+        (
+            NO_ATTRIBUTE.format("Namespace", "cancel"),
+            OPTIONS,
+            "node = LiftClient(given.cancel-after)",
+            "A hyphen subtracts. The value of `--cancel-after` is `given.cancel_after`, with an underscore.",
+        ),
+        (NO_ATTRIBUTE.format("Namespace", "cancel"), OPTIONS, "node = LiftClient(given.cancel)", ""),
+        (NO_ATTRIBUTE.format("Namespace", "cancel"), "", "node = LiftClient(given.cancel-after)", ""),
         (UNNAMED.format("b"), ADD, "response.sum = request.a + b + self.a", "the request: write `request.b`."),
         (UNNAMED.format("c"), ADD, "response.sum = request.a + b + self.a", ""),
         (
