@@ -117,6 +117,8 @@ class Encounter:
             f"floors of {self._range[0]} and more, one of them twice, one of 0 and " if self._range[0] > TOP else ""
         )
         lasts = f" whose goal takes {self._lasts:g} s" if self._lasts else ""
+        if self.script == "succeed" and self.cancel_after:
+            lasts += " and ends before N messages have come"
         return f"with {'' if self.cancel_after is None else '--cancel-after and '}{floors}a server{lasts}"
 
     @contextmanager

@@ -790,7 +790,11 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
             )
         if run.before_cancel != (wanted := run.cancel_after or 0):
             did = "fewer" if run.before_cancel < wanted else "more"
-            first = " (The first one came before the answer to its goal, and counts, too.)" if did == "more" else ""
+            first = (
+                " (Each message counts, also one that comes before the answer to the goal, or that equals another.)"
+                if did == "more"
+                else ""
+            )
             raise Wrong(
                 "With --cancel-after N, the client must cancel as soon as it has received N feedback messages. With "
                 f"{wanted} as N it did so after {did} than {wanted}.{first}",
