@@ -1,12 +1,14 @@
 """What cells, nodes and other programs send is recorded from the session's start on, in JupyterLab alone."""
 
+import contextlib
 from types import SimpleNamespace
 
 import pytest
+from rclpy.task import Future
 
 from course.lab.kernel.exchange import Exchange
 from course.lab.kernel.start import SERVED
-from course.lab.kernel.traffic import Traffic
+from course.lab.kernel.traffic import GAVE_UP, NEVER_TAKEN, TOO_LATE, Traffic, _Asked
 from tests.kernels import Kernel
 from tests.lab.client import Client, page_of
 from tests.lab.test_inspector import SERVERS
@@ -215,8 +217,36 @@ def test_a_response_that_its_client_does_not_take_is_told(kernel, page):
         "The server has sent its response, and /idle has not taken it" not in (told := follow.event()["data"])["note"]
     ):
         assert told["state"] == "running"
+    kernel.run("client.remove_pending_request(future)  # as `call` does after its time limit")
+    while (told := follow.event()["data"])["state"] == "running":
+        pass
+    assert told["failed"] == NEVER_TAKEN.format("/idle")
     follow.close()
     kernel.run("idle.destroy_node()")
+
+
+@pytest.mark.parametrize(
+    ("answered", "said"), [(0.0, GAVE_UP), (0.2, TOO_LATE), (2.0, NEVER_TAKEN)], ids=["never", "late", "untaken"]
+)
+def test_a_call_that_its_caller_has_given_up_ends(monkeypatch, answered, said):
+    """Whether its server has answered, and how long before."""
+    now = 100.0
+    monkeypatch.setattr("course.lab.kernel.traffic.time.monotonic", lambda: now)
+    pending = {7: Future()}
+    client = SimpleNamespace(get_pending_request=pending.__getitem__, handle=contextlib.nullcontext())
+    exchange = Exchange("service", "/add", "example_interfaces/srv/AddTwoInts", "/doubler")
+    traffic = Traffic.__new__(Traffic)
+    traffic._asked = {pending[7]: _Asked(exchange, client, 7, answered and now - answered)}
+    traffic._look_after_requests()
+    assert (exchange.state()["note"] != "") == (said is NEVER_TAKEN)
+    assert not exchange.over
+    pending.clear()
+    traffic._look_after_requests()
+    assert (exchange.state()["note"], exchange.over) == (said.format("/doubler"), False)
+    now += 1.5
+    traffic._look_after_requests()
+    assert exchange.state()["failed"] == said.format("/doubler")
+    assert traffic._asked == {}
 
 
 def test_a_call_without_an_answer_says_why(kernel, page):

@@ -64,6 +64,12 @@ QOS = {
 OTHER = "another program"
 UNTAKEN = 1.0  # s after which a response that its client has not taken is told
 NOT_TAKEN = "The server has sent its response, and {} has not taken it: its executor is busy, or nothing spins it."
+GAVE_UP = "{} has stopped waiting for the response."
+TOO_LATE = "The server has sent its response, but {} has stopped waiting for it, and will not get it."
+NEVER_TAKEN = (
+    "The server sent its response, but {} did not take it before it stopped waiting: its executor was busy, or nothing "
+    "spun it."
+)
 OF_A_SERVICE = "Seen from the server: the times are when it took the request and sent the response."
 OF_AN_ACTION = (
     "Seen from the action's topics for status and feedback. The contents of goal and result are not shown, and "
@@ -84,12 +90,27 @@ class _Goal:
 
 @dataclass
 class _Asked:
-    """A request of this kernel; `answered` is when the server sent the response, s of time.monotonic, or 0."""
+    """A request of this kernel; times are in s of time.monotonic, 0 for never."""
 
     exchange: Exchange
     client: Client
     number: int | None  # of the request, by its client
-    answered: float = 0.0
+    answered: float = 0.0  # when the server sent the response
+    untaken: bool = False  # whether it then waited for longer than `UNTAKEN`
+    left: float = 0.0  # when nobody was seen to wait for the response any more
+
+    @property
+    def awaited(self) -> bool:
+        """Return False once the caller has given up, as `call` does after its time limit."""
+        try:
+            return self.number is None or self.client.get_pending_request(self.number) is not None
+        except KeyError:
+            return False
+
+    @property
+    def story(self) -> str:
+        """Return what has become of the request of a caller that has given up."""
+        return (NEVER_TAKEN if self.untaken else TOO_LATE if self.answered else GAVE_UP).format(self.exchange.by)
 
 
 class Traffic:
@@ -302,14 +323,23 @@ class Traffic:
         future.add_done_callback(self._answered)
 
     def _look_after_requests(self) -> None:
-        """End the exchanges whose future has nobody left to run its callbacks: its executor, or its client, is gone."""
+        """End the exchanges whose future will never be done, or has nobody left to run its callbacks."""
+        now = time.monotonic()
         for future, asked in list(self._asked.items()):
+            awaited = asked.awaited  # before `done`: a future that is done is not awaited either
             if future.done():
                 self._answered(future)
             elif not _exists(asked.client):
                 asked.exchange.end("the client was destroyed before it took a response")
                 self._asked.pop(future, None)
-            elif asked.answered and time.monotonic() - asked.answered > UNTAKEN:
+            elif not awaited:
+                asked.left = asked.left or now
+                asked.exchange.note(asked.story)
+                if now - asked.left > UNTAKEN:  # until then, `ros.call` may tell why it has given up
+                    asked.exchange.end(asked.story)
+                    self._asked.pop(future, None)
+            elif asked.answered and now - asked.answered > UNTAKEN:
+                asked.untaken = True
                 asked.exchange.note(NOT_TAKEN.format(asked.exchange.by))
 
     def _note_response(self, service: str, client: bytes, number: int) -> None:
