@@ -179,6 +179,29 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     assert [at for *_, at in places] == sorted({at for *_, at in places})  # s of the world's time
 
 
+def test_all_that_is_shown_of_a_drive_in_fast_mode_is_of_one_moment(kernel, page):
+    """In a twentieth of a second the robot drives farther than one sees: robot, laser, and the end of the way."""
+    page.subscribe("robot")
+    kernel.run(
+        "from course.nodes.ai_robot_controller import AIRobotController\n"
+        "world = ros.start(World, parameters={'room': 'pillars', 'fast': True})\n"
+        "ros.start(AIRobotController, parameters={'use_sim_time': True})"
+    )
+    shown_until(page, lambda known: (known.get("room") or {}).get("name") == "pillars")
+    kernel.client.execute("world.node.drive(120.0, answer_within=30.0)")
+    driven, last, ahead = 0.0, [], []
+    while driven < 5.0:  # m
+        data = page.event()["data"]
+        if pose := (data.get("robot") or {}).get("pose"):
+            assert (data["robot"]["fast"], data["scan"]["from"]) == (True, pose)
+            driven += math.dist(pose[:2], last[:2]) if last else 0.0
+            last = pose
+            if places := (data.get("path") or {}).get("places"):
+                ahead.append(math.dist(places[-1][:2], pose[:2]))
+    assert ahead
+    assert statistics.median(ahead) < 0.1
+
+
 def path_until(page: Client, condition) -> list:
     """Follow the view until the path that it draws is so."""
     places: list = []

@@ -65,11 +65,9 @@ class RobotFeed:
         if listener is not self._listener:
             self._listener, self._sent, self._walls, self._path = listener, {}, self, _Path()
         listener.look()
-        news: dict[str, Any] = {}
-        for name, topic, tell in (("scan", "/scan", listener.scan), ("robot", "/odom", listener.robot)):
-            if self._sent.get(name, 0) != listener.count[topic]:
-                self._sent[name] = listener.count[topic]
-                news[name] = tell()
+        world = listener.own_world()
+        fast = world is not None and world.fast
+        news = self._measured(listener, fast=fast)
         silent = list(listener.silent)
         states = {
             "command": listener.command(),
@@ -87,12 +85,31 @@ class RobotFeed:
             news["room"] = {"name": name, "walls": lines, "began": listener.began / 1e6}  # ms
         if (state := listener.state()) != self._sent.get("state", ""):
             self._sent["state"] = news["state"] = state
-        if path := self._path.news(listener.own_world(), bool(listener.nodes("/scan"))):
+        at = (news.get("robot") or {}).get("pose") if fast else None
+        if path := self._path.news(world, bool(listener.nodes("/scan")), at):
             news["path"] = path
         nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.commanders}
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None
+
+    def _measured(self, listener: RobotListener, *, fast: bool) -> dict[str, Any]:
+        """Return the news of `scan` and `robot`.
+
+        In `fast` mode both are of the moment of the scan: the robot drives some metres while its messages come.
+        """
+        news: dict[str, Any] = {}
+        counts = {"scan": listener.count["/scan"], "robot": listener.count["/odom"]}
+        new = [name for name, count in counts.items() if self._sent.get(name, 0) != count]
+        if "scan" in new or (fast and new):
+            news["scan"] = listener.scan()
+        if "robot" in new or (fast and new):
+            news["robot"] = listener.robot()
+        if fast and news.get("robot"):
+            place = (news["scan"] or {}).get("from")
+            news["robot"] |= {"fast": True, "pose": place or news["robot"]["pose"]}
+        self._sent |= counts
+        return news
 
     def close(self) -> None:
         """Stop listening to the robot."""
@@ -110,9 +127,10 @@ class _Path:
         self._read = 0  # moments of the simulation
         self._last: tuple[float, float] | None = None
 
-    def news(self, world: World | None, seen: bool) -> dict[str, Any] | None:
+    def news(self, world: World | None, seen: bool, until: list[float] | None = None) -> dict[str, Any] | None:
         """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None without news.
 
+        `until` is where the robot is drawn, [x m, y m, heading rad], if it may have driven on: the path ends there.
         The path of a world that has ended stays until another robot is `seen`, whose path is not told.
         """
         if world is None:
@@ -125,7 +143,13 @@ class _Path:
         anew = simulation is not self._simulation or count < self._read  # the world was reset
         if anew:
             self._simulation, self._last = simulation, None
+            self._read = 0
             count, rows = simulation.path_since(0)
+        if until is not None and rows:
+            place = until[:2]
+            reached = min(range(len(rows)), key=lambda number: (math.dist(rows[number][1:3], place), -number))
+            rows = rows[: reached + 1]
+            count = self._read + len(rows)
         places: list[list[float]] = []
         for at, x, y, _ in rows:
             moved = STRIDE if self._last is None else math.dist(self._last, (x, y))

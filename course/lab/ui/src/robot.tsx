@@ -81,7 +81,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     (linear, angular) => link!.request('robot.drive', { linear, angular }),
     setSaid
   );
-  useFacts(state);
+  const redraw = useFacts(state);
   const hindrance = React.useRef('');
   React.useEffect(() => {
     // What kept the reader from driving is not said any longer than it holds.
@@ -103,7 +103,13 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     // What was done in another world, or before a reset.
     setSaid(before => (before === DROPPED || before.startsWith('The robot was put at') ? '' : before));
   }, [drive]);
-  useTopic(link, 'robot', {}, data => state.take(data), () => begin(), setFailed);
+  const take = (data: any) => {
+    state.take(data);
+    if (data.robot?.fast) {
+      redraw(); // with the picture, which shows another place the next time
+    }
+  };
+  useTopic(link, 'robot', {}, take, () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
   const up = link?.state === 'up';
   React.useEffect(() => {
@@ -483,8 +489,8 @@ function said(value: number | null): string {
   return value === null ? 'no number' : value.toFixed(2);
 }
 
-/** Draw the numbers again from time to time, if there is new data or the last data get old. */
-function useFacts(state: RobotState): void {
+/** Draw the numbers again from time to time, if there is new data or the last data get old, and when it is asked to. */
+function useFacts(state: RobotState): () => void {
   const [, redraw] = React.useReducer((count: number) => count + 1, 0);
   React.useEffect(() => {
     let seen = -1;
@@ -497,4 +503,5 @@ function useFacts(state: RobotState): void {
     }, FACTS);
     return () => window.clearInterval(timer);
   }, [state]);
+  return redraw;
 }

@@ -23,6 +23,7 @@ const REST = 0.005; // m/s, rad/s: what is shown as 0.00
 export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
   command: [number | null, number | null] | null = null;
+  fast = false; // true if its world is in fast mode: what is shown is of one moment, and not interpolated
   hand = false; // true while the robot is driven by hand
   idle = ''; // why driving by hand is impossible, or ''
   moves: [number | null, number | null] | null = null;
@@ -63,6 +64,7 @@ export class RobotState {
       this.trail.splice(0, this.trail.length - TRAIL);
     }
     if (data.robot) {
+      this.fast = data.robot.fast === true;
       this.moves = data.robot.moves;
       this.movesAt = now;
       this._arrive(data.robot.pose, now);
@@ -139,7 +141,7 @@ export class RobotState {
     }
     const before = this.pose ?? this.trail[this.trail.length - 1];
     const jumped = !before || Math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP;
-    this._before = jumped || !this.pose ? null : this.shown(now);
+    this._before = jumped || this.fast || !this.pose ? null : this.shown(now);
     this._gap = Math.min(400, Math.max(30, now - this._since));
     this._since = now;
     this.pose = pose;
