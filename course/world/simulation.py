@@ -26,7 +26,7 @@ from course.world.rooms import Room, find
 
 MAX_STEP = 0.01  # s, the longest move between two collision checks: 5 mm at the robot's full speed
 OBSTACLE = 0.15  # m, radius of a dropped obstacle: smaller than the robot, so that the robot cannot be inside
-NEARLY = 1e-6  # m, a rounding error
+OVERLAP = 0.01  # m by which an obstacle may stand in a wall: the robot view knows walls to the nearest 0.01 m
 AWAY = 0.02  # m that the robot must back off before touching the obstacle again counts as a new collision
 
 
@@ -75,8 +75,13 @@ def in_the_way(
 
 
 def no_room(point: tuple[float, float], radius: float, segments: Floats, robot: tuple[float, float]) -> str:
-    """Return why an obstacle of `radius` (m) makes no sense at `point` (m), where no `robot` (m) meets it, or ""."""
-    return _apart(point, robot, segments) if clearance(point, segments) > radius + NEARLY else ""
+    """Return why no obstacle of `radius` (m) fits at `point` (m) between `segments`, or "".
+
+    `robot` (m) is a place where the robot can stand: it must be able to meet the obstacle.
+    """
+    if why := _apart(point, robot, segments):
+        return why
+    return "it would touch a wall or an obstacle" if clearance(point, segments) < radius - OVERLAP else ""
 
 
 def _apart(point: tuple[float, float], robot: tuple[float, float], segments: Floats) -> str:
@@ -163,8 +168,8 @@ class Simulation:
     def drop(self, x: float, y: float, radius: float = OBSTACLE) -> None:
         """Put a round obstacle of `radius` (m) at x, y (m); a new Simulation does not have it.
 
-        Raises WorldError if the robot stands there, if the place is inside an obstacle or outside the room, and for a
-        number that is not finite.
+        Raises WorldError if the robot stands there, if it would touch a wall or an obstacle, if the place is inside an
+        obstacle or outside the room, and for a number that is not finite.
         """
         if not (is_number(x) and is_number(y) and is_number(radius, 0.0)):
             raise WorldError("an obstacle has finite numbers: x (m), y (m) and its radius (m)")

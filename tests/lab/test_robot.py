@@ -104,6 +104,8 @@ def test_a_world_that_the_view_starts_is_a_node_of_the_session_and_is_controlled
     assert "would touch an obstacle" in page.ask("robot.place", x=3.0, y=4.0, heading=0.0)["error"]
     assert "outside the room" in page.ask("robot.place", x=30.0, y=4.0, heading=0.0)["error"]
     assert "the robot stands there" in page.ask("robot.drop", x=3.0, y=3.1)["error"]
+    assert "it is inside an obstacle" in page.ask("robot.drop", x=3.0, y=4.0)["error"]
+    assert "it would touch a wall or an obstacle" in page.ask("robot.drop", x=3.0, y=4.2)["error"]
     for what, put in (("The robot cannot stand there", "robot.place"), ("No obstacle fits there", "robot.drop")):
         answer = page.ask(put, x=1.3, y=1.6, **({"heading": 0.0} if put == "robot.place" else {}))
         assert answer["error"] == f"{what}: it is inside an obstacle."

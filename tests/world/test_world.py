@@ -194,12 +194,26 @@ def test_neither_a_robot_nor_an_obstacle_is_put_where_closed_walls_keep_the_robo
             simulation.place((1.0, 1.0, 0.0))
 
 
-def test_an_obstacle_may_stand_in_a_wall_and_in_another_one():
-    simulation = Simulation("corridor", QUIET)
-    for x in (1.75, 1.75, 0.02):
+@pytest.mark.parametrize(
+    ("x", "why"),
+    [
+        (4.0, "it is inside an obstacle"),  # on another one
+        (4.1, "it is inside an obstacle"),
+        (4.28, "it would touch a wall or an obstacle"),
+        (4.31, ""),  # beside it
+        (0.02, "it would touch a wall or an obstacle"),  # half outside of the room
+        (0.15, ""),  # at the wall
+        (-0.02, "it is outside the room"),
+    ],
+)
+def test_an_obstacle_stands_apart_from_walls_and_other_obstacles(x, why):
+    simulation = Simulation("hall", QUIET)
+    simulation.drop(4.0, 3.0)
+    if why:
+        with pytest.raises(WorldError, match=f"no obstacle fits at x={x:.2f} m, y=3.00 m: {why}"):
+            simulation.drop(x, 3.0)
+    else:
         simulation.drop(x, 3.0)
-    with pytest.raises(WorldError, match="no obstacle fits at x=4.00 m, y=3.00 m: it is inside an obstacle"):
-        simulation.drop(4.0, 3.0)
 
 
 # Rooms

@@ -21,6 +21,7 @@ from course.world.simulation import OBSTACLE, Robot, in_the_way, no_room
 FOUND = 5.0  # s that the world may take to be discovered, and to react to a command
 NEAR = 0.3  # m from the place where the robot was put, because it may drive on
 STRIDE = 0.05  # m between two places of a path
+ROUNDED = 0.0075  # m by which the walls that are known here may differ from those of the world
 JUMP = 0.7  # m between two places: the robot was put there instead of driving
 PLACES = 1200  # the last ones of a path, which a page keeps
 # The content of a new page.
@@ -203,7 +204,7 @@ def drop(x: float, y: float) -> None:
     stands = _where(listener)
     if stands and math.dist((x, y), stands) <= OBSTACLE + Robot().radius:
         raise LiveError("No obstacle fits there: the robot stands there.")
-    if stands and (why := no_room((x, y), OBSTACLE, _segments(listener), stands)):
+    if stands and (why := no_room((x, y), OBSTACLE + ROUNDED, _segments(listener), stands)):
         raise LiveError(f"No obstacle fits there: {why}.")
     message = PointStamped()
     message.header.frame_id = "odom"
