@@ -1,6 +1,8 @@
 """The plot, from the kernel's side: which fields there are, and what comes of one."""
 
 import pytest
+from sensor_msgs.msg import LaserScan
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from course.errors import LiveError
 from course.lab.kernel import plot
@@ -60,13 +62,48 @@ def test_commands_are_offered_before_somebody_drives_and_drawn_while_one_drives_
     assert points[0] == 0.2
 
 
-@pytest.mark.parametrize(("field", "value"), [("effort[0]", 1.5), ("effort[1]", None), ("effort[7]", None)])
-def test_each_value_of_a_field_comes_with_its_time(kernel, page, field, value):
+@pytest.mark.parametrize(
+    ("field", "said"),
+    [
+        ("ranges[359]", ""),
+        ("ranges[360]", "ranges ends at ranges[359]"),
+        ("intensities[0]", "intensities is empty"),
+        ("header.stamp.sec", ""),
+    ],
+)
+def test_a_list_that_is_too_short_is_told(field, said):
+    assert plot.end_of_list(LaserScan(ranges=[1.0] * 360), plot.parts_of(field)) == said
+
+
+def test_a_list_within_a_list_that_is_too_short_is_told():
+    trajectory = JointTrajectory(points=[JointTrajectoryPoint(positions=[1.0, 2.0])])
+    for field, said in (
+        ("points[0].positions[1]", ""),
+        ("points[0].positions[2]", "points[0].positions ends at points[0].positions[1]"),
+        ("points[1].positions[0]", "points ends at points[0]"),
+    ):
+        assert plot.end_of_list(trajectory, plot.parts_of(field)) == said
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [
+        ("effort[0]", 1.5, ""),
+        ("effort[1]", None, ""),
+        ("effort[7]", None, "In the last message, effort ends at effort[1]."),
+    ],
+)
+def test_each_value_of_a_field_comes_with_its_time(kernel, page, field, value, says):
     """It is the time of the plot's clock: after a world's end this goes on from where the world was."""
     kernel.run(f"{NODE}\nros.start(Wheels)\nfrom course.lab.kernel.plot_clock import CLOCK\nbegan = CLOCK.now()")
     page.subscribe("plot", name="/joint_states", field=field)
-    points = points_of(page, 5)
+    points, said = [], None
+    while len(points) < 5:
+        data = page.event()["data"]
+        points += filter(None, data["points"])
+        said = data["says"]
     assert {told for _, told in points} == {value}
+    assert said == says
     times = [at for at, _ in points]
     assert times == sorted(times)
     assert kernel.run(f"print(began <= {times[-1]} <= CLOCK.now())") == "True"

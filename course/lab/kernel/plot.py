@@ -101,6 +101,23 @@ def value_of(message: Any, parts: list[tuple[str, int | None]]) -> float | None:
     return value if math.isfinite(value) else None
 
 
+def end_of_list(message: Any, parts: list[tuple[str, int | None]]) -> str:
+    """Return where the list ends that is too short for this path, as "ranges ends at ranges[359]"; "" if none is."""
+    path = ""
+    for name, number in parts:
+        path += name
+        message = getattr(message, name, None)
+        if number is None:
+            path += "."
+            continue
+        if not hasattr(message, "__len__"):
+            return ""
+        if number >= len(message):
+            return f"{path} ends at {path}[{len(message) - 1}]" if len(message) else f"{path} is empty"
+        message, path = message[number], f"{path}[{number}]."
+    return ""
+
+
 def has_number(found: list[dict[str, Any]], parts: list[tuple[str, int | None]]) -> bool:
     """Return True if there is a number at this path in a message with these fields (`forms.fields_of`)."""
     (name, number), *rest = parts
@@ -144,6 +161,7 @@ class PlotFeed:
         self._waiting: deque[tuple[float, float, bytes]] = deque(maxlen=WAITING)
         self._clock: tuple[float, dict[str, Any]] | None = None  # what the page was told, at s of time.monotonic
         self._said: str | None = None
+        self._end = ""  # where the list of the last message ends, if it is too short
         self._rhythm = Rhythm()
 
     def read(self) -> dict[str, Any] | None:
@@ -163,6 +181,8 @@ class PlotFeed:
                 points.append([round(at, 3), self._read(message)])
         if published and not self._kind:
             points.append(None)
+        if self._end and not says:
+            says = f"In the last message, {self._end}."
         clock = CLOCK.told()
         if not points and says == self._said and self._knows(clock):
             return None
@@ -194,7 +214,7 @@ class PlotFeed:
         heard = self._subscription is not None and self._subscription in live.node.subscriptions
         if kind != self._kind or (kind and not heard):
             self.close()
-            self._kind = kind
+            self._kind, self._end = kind, ""
             if kind:
                 self._type = forms.interface("topic", kind).message
                 if not has_number(forms.fields_of(self._type), self._parts):
@@ -222,4 +242,5 @@ class PlotFeed:
     def _read(self, message: bytes) -> float | None:
         if self._type is None or len(message) > LONGEST or (read := decoded(message, self._type)) is None:
             return None
+        self._end = end_of_list(read, self._parts)
         return value_of(read, self._parts)
