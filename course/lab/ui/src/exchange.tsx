@@ -32,6 +32,8 @@ const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
   parameter: ['client', 'node']
 };
 const SHOWN = 24; // arrows at most
+const FEW = 8; // messages, fewer of which are listed at once
+const RESULTS = new Set(['succeeded', 'canceled', 'aborted']); // the events that end a goal
 
 interface View {
   link: Link;
@@ -42,11 +44,16 @@ interface View {
 export function ExchangeView({ link, number, remark }: View): JSX.Element {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
   const [failed, setFailed] = React.useState('');
+  const [listed, setListed] = React.useState<boolean | null>(null); // the messages; null before there are any
   useTopic(
     link,
     'inspector.exchange',
     { number },
-    setExchange,
+    (found: Exchange) => {
+      setExchange(found);
+      // It stays as the reader has it when more come, and for the next exchange.
+      setListed(before => before ?? (found.events.length ? found.events.length < FEW : null));
+    },
     () => {
       setExchange(null);
       setFailed('');
@@ -61,6 +68,9 @@ export function ExchangeView({ link, number, remark }: View): JSX.Element {
     }
   };
   const events = exchange?.events ?? [];
+  // The list of a call is short: there the response is read, unless the reader has folded it.
+  const tells = (event: string) => RESULTS.has(event) || (event === 'response' && listed === false);
+  const result = [...events].reverse().find(([, event, text]) => tells(event) && text);
   return (
     <section className="ros-Exchange" aria-label="Timeline">
       <div className="ros-Panel-head">
@@ -77,9 +87,14 @@ export function ExchangeView({ link, number, remark }: View): JSX.Element {
         {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
         {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
       </div>
+      {result && (
+        <div className="ros-Result" role="group" aria-label="Result">
+          {result[1] === 'response' ? 'Response' : `Result, ${result[1]}`}:<pre tabIndex={0}>{result[2]}</pre>
+        </div>
+      )}
       {exchange && events.length > 0 && <Flow exchange={exchange} />}
       {exchange && events.length > 0 && (
-        <details open={events.length < 8}>
+        <details open={listed ?? false} onToggle={event => setListed(event.currentTarget.open)}>
           <summary>The messages</summary>
           <ol className="ros-Events">
             {events.map(([time, event, text], index) => (

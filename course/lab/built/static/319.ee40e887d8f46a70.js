@@ -119,6 +119,7 @@
 }
 
 .ros-Events pre,
+.ros-Result pre,
 .ros-Code pre {
   background: var(--jp-layout-color2);
   color: var(--jp-ui-font-color0);
@@ -142,6 +143,7 @@
 }
 
 .ros-Events pre,
+.ros-Result pre,
 .ros-Code .ros-mod-wrap {
   overflow-wrap: anywhere;
   white-space: pre-wrap;
