@@ -158,6 +158,20 @@ def test_a_drive_in_a_cell_is_seen_and_cannot_be_changed(kernel, page):
     shown_until(page, lambda known: (known.get("room") or {}).get("name") == "hall")
 
 
+def test_a_new_world_is_told_apart_from_the_one_before_and_a_reset_is_none(kernel, page):
+    """What the page says of a world goes with it."""
+    page.subscribe("robot")
+    kernel.run("ros.start(World)")
+    first = shown_until(page, lambda known: known.get("world") and known["room"]["name"])["world"]
+    assert page.ask("robot.reset")["result"] is None
+    known = shown_until(page, lambda known: known.get("room"))
+    assert "world" not in known
+    kernel.run("ros.start(World)")
+    assert shown_until(page, lambda known: known.get("world"))["world"] != first
+    kernel.run("ros.stop('world')")
+    shown_until(page, lambda known: known.get("world") == "")
+
+
 def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     """All of it passes in one cell, between two looks of the view: the world tells it."""
     page.subscribe("robot")

@@ -31,6 +31,7 @@ UNSAID: dict[str, Any] = {
     "idle": "",
     "silent": [],
     "hand": False,
+    "world": "",
 }
 PERIOD = 0.05  # s at least between two pictures
 
@@ -59,8 +60,8 @@ class RobotFeed:
     def read(self) -> dict[str, Any] | None:
         """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes` and the hand.
 
-        `idle` is why driving by hand is impossible, or ""; `hand` is True while it is done; `silent` is who could
-        drive, and sends no commands.
+        `world` is another text for each world, and "" without one; `idle` is why driving by hand is impossible, or "";
+        `hand` is True while it is done; `silent` is who could drive, and sends no commands.
         """
         listener = open_listener(self)
         if listener is not self._listener:
@@ -76,6 +77,7 @@ class RobotFeed:
             "idle": reason(listener),
             "silent": silent,
             "hand": any(listener.pad.command() or ()),
+            "world": listener.seen,
         }
         for name, value in states.items():
             if value != self._sent.get(name, UNSAID[name]):

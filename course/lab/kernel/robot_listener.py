@@ -185,6 +185,11 @@ class RobotListener:
         """Return the nodes that publish on a topic."""
         return list(dict.fromkeys(name for name, _ in self.publishers[topic]))
 
+    @property
+    def seen(self) -> str:
+        """Return a text that differs between worlds, also those of one name: who publishes the scan; "" for nobody."""
+        return " ".join(f"{name} {bytes(publisher).hex()}" for name, publisher in self.publishers["/scan"])
+
     def _is_state(self, entry: Entry) -> bool:
         drivers = [name.strip("/").replace("/", ".") for name in self.nodes("/cmd_vel")]
         return len(drivers) == 1 and entry.node == drivers[0] and STATE.match(entry.text) is not None

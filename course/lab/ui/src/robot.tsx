@@ -98,9 +98,14 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       setSaid('');
     }
   });
+  React.useEffect(() => {
+    // What is said belongs to the world that is there: it goes with it.
+    setSaid('');
+    setRefused('');
+  }, [state.world]);
   const drive = `${state.room.name} ${state.room.began}`;
   React.useEffect(() => {
-    // What was done in another world, or before a reset.
+    // What was done before a reset.
     setSaid(before => (before === DROPPED || before.startsWith('The robot was put at') ? '' : before));
   }, [drive]);
   const take = (data: any) => {
@@ -145,18 +150,13 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     }
   }, [message]);
   const world = knobs.find(node => valueOf(node, 'paused') !== undefined) ?? null;
-  React.useEffect(() => {
-    if (world === null) {
-      setSaid(''); // what was said of a world that is gone
-    }
-  }, [world === null]);
   const sees = state.nodes?.sees ?? [];
   const drivers = [...(state.nodes?.drives ?? []), ...state.silent];
   const paused = world !== null && valueOf(world, 'paused') === true;
   const speed = world === null ? 1 : Number(valueOf(world, 'speed'));
   const claim = React.useRef<{ values: object; done: string; held: boolean } | null>(null);
   React.useEffect(() => {
-    // What was set is not said of another world, nor once it is set otherwise.
+    // What was set is not said once it is set otherwise.
     const holds = world !== null && Object.entries(claim.current?.values ?? {}).every(([name, value]) => same(valueOf(world, name), value));
     if (claim.current && !holds && claim.current.held) {
       const { done } = claim.current;
@@ -178,7 +178,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       setDropping(false);
       setSaid(DROPPED);
     } catch (error) {
-      setRefused(`${(error as Error).message} `);
+      dropping ? setRefused(`${(error as Error).message} `) : setSaid((error as Error).message); // by a key
     }
   };
   const place = (x: number, y: number, heading: number) =>

@@ -36,6 +36,7 @@ export class RobotState {
   scanAt = 0; // ms, on the page's clock
   silent: string[] = []; // who could drive, and sends no commands
   trail: Place[] = [];
+  world = ''; // another text for each world; '' without one
   version = 0; // changes with all new data
 
   /** Forget all but the path in this room, and that it was driven: the view was hidden for a while. */
@@ -86,6 +87,7 @@ export class RobotState {
       this._driven = this.command !== null; // another robot
     }
     this.nodes = data.nodes ?? this.nodes;
+    this.world = data.world ?? this.world;
   }
 
   /** Return the effect of the last command, in words; a world in fast mode stands still in the middle of a drive. */
