@@ -43,6 +43,11 @@ timer = node.create_timer(0.1, burst)  # 10,000 lines a second
 rclpy.spin(node)
 """
 
+ENDED = """from rclpy.node import Node
+careless = Node('careless', context=ros.context)
+careless.get_logger().info('was here')
+assert ros.until(lambda: 'was here' in str(ros.logs()), 60.0)
+careless.destroy_node()"""
 # More than a panel shows at once, and a program that the session has not started.
 FULL = f"""import subprocess, sys
 from pathlib import Path
@@ -88,7 +93,7 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect(again).to_have_text(re.compile(r"^[\d:]{8} INFO greeted × 4$"))  # whose it is, is chosen
     panel.get_by_label("Node of the log").select_option("All nodes")
     page.set_viewport_size({"width": 1280, "height": 800})
-    run_cell(page, CHECKS, FULL)
+    run_cell(page, CHECKS, f"{ENDED}\n{FULL}")
     expect(log).to_contain_text("line 199")
     expect(panel.get_by_text("word = 'hello'")).to_be_in_viewport(ratio=1)  # beside a log that is full
     keep_picture(page, "nodes-1280")
@@ -105,10 +110,19 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     expect_no_barriers(page, "#ros2-course-nodes", "nodes")
     panel.get_by_label("Level of the log").select_option("WARN and above")
     expect(log).not_to_contain_text("greeted")
+    sources = panel.get_by_label("Node of the log")
+    expect(sources.locator("option")).to_have_text(["All nodes", "/greeter", "/full", "/careless (ended)"])
     panel.get_by_role("button", name="Stop greeter.py").click()
     expect(panel.get_by_role("button", name="/greeter stopped")).to_be_visible()
+    expect(sources.locator("option")).to_have_text(["All nodes", "/greeter (ended)", "/full", "/careless (ended)"])
     panel.get_by_role("button", name="Start greeter.py").press("Enter")  # as without a mouse
     expect(node).to_be_visible()
+    expect(sources.locator("option").nth(1)).to_have_text("/greeter")
+    panel.get_by_label("Level of the log").select_option("All levels")
+    panel.get_by_label("Search the log").fill("")
+    sources.select_option("/careless")
+    expect(log.locator(".ros-Log-line")).to_have_text([re.compile("INFO was here$")])
+    expect(sources.locator("option:checked")).to_have_text("/careless (ended)")
     # The focus stays in the panel, wherever the row goes meanwhile, and the node stays open when it is restarted.
     process = panel.locator(".ros-Node-details > p").first
     before = process.inner_text()

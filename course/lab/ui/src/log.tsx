@@ -9,7 +9,11 @@ const KEPT = 1000; // lines in the page
 const SEARCH = 300; // ms without a key until a search begins
 const EDGE = 8; // px from the edge of the log to the middle of a line
 const LINE = '.ros-Log-line';
+const MOST = 50; // nodes that have ended in the menu
+const GONE = 3000; // ms after which a node that is in the log alone has ended: one that starts logs before it is listed
 const FIRST = 1000; // ms in which the first lines come, if there are any
+const HIDDEN = /(^|\.)_/;
+const KERNEL = 'this kernel'; // the process of the nodes of cells
 const LEVELS: [string, string][] = [
   ['DEBUG', 'All levels'],
   ['INFO', 'INFO and above'],
@@ -20,6 +24,7 @@ const LEVELS: [string, string][] = [
 /** A node whose lines may come. */
 export interface Source {
   name: string;
+  state: string;
   key: string; // its file, or ''
   pid: number; // 0 where nobody knows
   at: string; // its process, in words
@@ -30,6 +35,7 @@ interface Choice {
   label: string;
   names: string[]; // as in the log
   pid: number; // 0 for all processes
+  ended: boolean;
 }
 
 interface Line {
@@ -52,7 +58,9 @@ interface Shown {
 
 const EMPTY: Shown = { lines: [], next: 0, lost: 0, older: 0, hidden: 0 };
 
-export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JSX.Element {
+/** The log of `nodes`, or, while they are not known, of whoever has logged. */
+export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[] | null }): JSX.Element {
+  const nodes = known ?? [];
   const [chosen, setChosen] = React.useState('');
   const [level, setLevel] = React.useState('DEBUG');
   const [search, setSearch] = React.useState('');
@@ -64,11 +72,15 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
   const settled = useSettled(none, FIRST) === none;
   const [failed, setFailed] = React.useState('');
   const last = React.useRef<Choice | null>(null); // it stays when its node has ended
-  const choices = choicesOf(nodes);
+  const loggers = React.useRef(new Map<string, number>()); // the names in the log, with their processes
+  lines.forEach(({ node, process }) => loggers.current.size < MOST && loggers.current.set(node, process));
+  const absent = JSON.stringify(known && [...loggers.current].filter(each => !isThere(each, known)).map(([name]) => name));
+  const settledAbsent = useSettled(absent, GONE);
+  const choices = [...choicesOf(nodes), ...endedOf(absent, settledAbsent)];
   const choice = chosen ? (choices.find(each => each.label === chosen) ?? last.current) : null;
   last.current = choice;
   if (choice && !choices.some(each => each.label === chosen)) {
-    choices.push(choice);
+    choices.push({ ...choice, ended: false });
   }
   useTopic(
     link,
@@ -107,6 +119,7 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
   }, []);
   React.useEffect(() => {
     if (!up) {
+      loggers.current.clear();
       setShown(EMPTY); // the next lines are of another session
     }
   }, [up]);
@@ -118,9 +131,10 @@ export function Log({ link, nodes }: { link: Link | null; nodes: Source[] }): JS
         <h3>Log</h3>
         <select aria-label="Node of the log" value={chosen} onChange={event => setChosen(event.target.value)}>
           <option value="">All nodes</option>
-          {choices.map(({ label }) => (
+          {choices.map(({ label, ended }) => (
             <option key={label} value={label}>
               {label}
+              {ended && ' (ended)'}
             </option>
           ))}
         </select>
@@ -215,14 +229,36 @@ function choicesOf(nodes: Source[]): Choice[] {
   for (const node of nodes) {
     // A program's log lines have the name of its node, other output that of its file.
     const names = [logged(node.name), ...(node.key ? [node.key] : [])];
-    const all = found.get(node.name)?.names ?? [];
-    found.set(node.name, { label: node.name, names: [...new Set([...all, ...names])], pid: 0 });
+    const all = found.get(node.name);
+    const ended = node.state !== 'running';
+    const both = [...new Set([...(all?.names ?? []), ...names])];
+    found.set(node.name, { label: node.name, names: both, pid: 0, ended: ended && (all?.ended ?? true) });
     if (node.at && isDouble(node, nodes)) {
       const label = `${node.name}, ${node.at}`;
-      found.set(label, { label, names, pid: node.pid });
+      found.set(label, { label, names, pid: node.pid, ended });
     }
   }
   return [...found.values()];
+}
+
+/** Return true if a name in the log is that of a node, of its file or its logger, or if another node's program logs so. */
+function isThere([name, process]: [string, number], nodes: Source[]): boolean {
+  return nodes.some(
+    node =>
+      [logged(node.name), node.key].includes(name) ||
+      name.startsWith(`${logged(node.name)}.`) ||
+      (process > 0 && node.state === 'running' && node.at !== KERNEL && (node.pid & 0xffff) === process)
+  );
+}
+
+/** Return what has lines in the log and is no node, now and for a while; hidden nodes are left out. */
+function endedOf(absent: string, settled: string): Choice[] {
+  const before: string[] = JSON.parse(settled) ?? [];
+  const names: string[] = (JSON.parse(absent) ?? []).filter((name: string) => before.includes(name) && !HIDDEN.test(name));
+  return names.map(name => {
+    const label = name.endsWith('.py') ? name : `/${name.replace(/\./g, '/')}`;
+    return { label, names: [name], pid: 0, ended: true };
+  });
 }
 
 /** Return who has logged a line, with its process if its node is `double`: one of several with that name. */

@@ -118,7 +118,7 @@ function Nodes({ current, wanted }: { current: Current; wanted: string }): JSX.E
         })}
       </ul>
       <Guard what="The log">
-        <Log link={link} nodes={shown} />
+        <Log link={link} nodes={message === null ? nodes : null} />
       </Guard>
     </>
   );
