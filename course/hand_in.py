@@ -340,14 +340,17 @@ def submit(found: HandIn, archive: Path) -> None:
     course_id = os.environ.get(EXCHANGE)
     if not course_id:
         return
-    with tempfile.TemporaryDirectory(prefix="hand-in-") as place:
-        folder = Path(place, found.assignment)  # whatever the name of the student's folder
-        folder.mkdir()
-        for each, content in found.files.items():
-            (folder / each).write_bytes(content)
-        nbgrader = [sys.executable, "-P", "-m", "course.notebook.own_path", "nbgrader"]
-        command = [*nbgrader, "submit", found.assignment, "--course", course_id]
-        done = subprocess.run([*command, f"--Exchange.assignment_dir={place}"], capture_output=True, text=True)
+    try:
+        with tempfile.TemporaryDirectory(prefix="hand-in-") as place:
+            folder = Path(place, found.assignment)  # whatever the name of the student's folder
+            folder.mkdir()
+            for each, content in found.files.items():
+                (folder / each).write_bytes(content)
+            nbgrader = [sys.executable, "-P", "-m", "course.notebook.own_path", "nbgrader"]
+            command = [*nbgrader, "submit", found.assignment, "--course", course_id]
+            done = subprocess.run([*command, f"--Exchange.assignment_dir={place}"], capture_output=True, text=True)
+    except OSError as error:
+        raise HandInError(f"{archive.name} is written, but could not be handed in: {error.strerror}") from None
     if done.returncode:
         said = [line for line in done.stderr.splitlines() if "ERROR" in line or "CRITICAL" in line]
         why = said[0].partition("] ")[2] if said else f"exit status {done.returncode}"

@@ -7,6 +7,7 @@ place of the exchange is configured.
 import contextlib
 import logging
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,8 @@ from course.errors import FeedbackError
 
 ROOT = Path("/usr/local/share/nbgrader/exchange")  # nbgrader's default
 CONFIGURED_IN = [f"{name}.{kind}" for name in ("jupyter_config", "nbgrader_config") for kind in ("json", "py")]
-CONFIGURED_BY = ("Exchange", "load_subconfig")  # either may lead to a root
+# Either may lead to a root, other than the class that submits, which every installation sets.
+CONFIGURED_BY = re.compile(r"Exchange(?!Factory\.submit\b)|load_subconfig")
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ def _may_be_configured() -> bool:
 
     for path in (Path(place, name) for place in (*jupyter_config_path(), ".") for name in CONFIGURED_IN):
         with contextlib.suppress(OSError):
-            if any(word in path.read_text(encoding="utf-8", errors="replace") for word in CONFIGURED_BY):
+            if CONFIGURED_BY.search(path.read_text(encoding="utf-8", errors="replace")):
                 return True
     return False
 
