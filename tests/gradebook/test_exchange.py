@@ -240,6 +240,48 @@ def test_on_a_full_disk_an_exercise_is_released_whole_or_not_at_all(tmp_path, mo
     }
 
 
+def test_on_a_full_disk_feedback_is_released_to_the_others_and_an_earlier_page_stays(tmp_path, monkeypatch):
+    prepare()
+    for student in ("ada", "bob", "cat", "zoe"):
+        folder = tmp_path / "course/feedback" / student / "calculator"
+        folder.mkdir(parents=True)
+        for name, text in (("calculator.html", student), (TIMESTAMP, TIME.format(1)), (SECRETS, SECRET + student)):
+            (folder / name).write_text(text)
+    (tmp_path / "exchange").mkdir()
+    config = Config()
+    apply(config)
+    config.Exchange.root = str(tmp_path / "exchange")
+    config.CourseDirectory.assignment_id, config.CourseDirectory.root = "calculator", str(tmp_path / "course")
+    own = CourseDirectory(config=config)
+
+    def release() -> list[str]:
+        ExchangeFactory(config=config).ReleaseFeedback(coursedir=own, config=config).start()
+        return sorted(path.read_text() for path in (tmp_path / "exchange/ros2/feedback").iterdir())
+
+    (tmp_path / "course/feedback/zoe/calculator/calculator.html").rename(tmp_path / "later.html")
+    assert release() == ["ada", "bob", "cat"]
+    (tmp_path / "later.html").rename(tmp_path / "course/feedback/zoe/calculator/calculator.html")
+    for student in ("ada", "bob", "cat"):
+        (tmp_path / "course/feedback" / student / "calculator/calculator.html").write_text(f"{student}, again")
+    copy = shutil.copy
+
+    def full(source: str, target: str) -> object:
+        if "/bob/" in source or "/zoe/" in source:
+            Path(target).write_text("")
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), target)
+        return copy(source, target)
+
+    monkeypatch.setattr(shutil, "copy", full)
+    with pytest.raises(ExchangeError) as told:
+        release()
+    said = "not released: feedback/bob/calculator, feedback/zoe/calculator (No space left on device); a page that"
+    assert str(told.value).startswith(said) and "\n" not in str(told.value)
+    released = tmp_path / "exchange/ros2/feedback"
+    assert sorted(path.read_text() for path in released.iterdir()) == ["ada, again", "bob", "cat, again"]
+    monkeypatch.undo()
+    assert release() == ["ada, again", "bob, again", "cat, again", "zoe"]
+
+
 def test_the_course_folders_choice_of_files_and_its_group_are_kept(inbound, collect, tmp_path):
     folder = hand_in(inbound, "ada")
     (folder / "parts").mkdir()

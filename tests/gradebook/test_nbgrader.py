@@ -1,8 +1,10 @@
 """nbgrader with this course's configuration: the sandbox decides the points, and nothing else that was handed in."""
 
 import copy
+import errno
 import html
 import json
+import os
 import re
 import subprocess
 import sys
@@ -11,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from nbconvert.exporters import HTMLExporter
+from nbconvert.writers import FilesWriter
 from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 
@@ -292,6 +295,30 @@ def test_a_failure_of_the_grader_is_no_score_and_stops_no_one_else(graded, monke
     assert not (course / "autograded" / "x_fault" / "calculator").exists()
     found = scores(course / "gradebook.db")
     assert found["x_fault"] == {} and found["y_after"].keys() == found["hostile"].keys()
+
+
+def test_on_a_full_disk_autograde_keeps_what_was_typed_by_hand(graded, feedback, monkeypatch):
+    """nbgrader removes what it wrote before, and it can be written again; a mark and a comment cannot."""
+    course, *_ = graded
+    shown = course / "autograded" / "no_json" / "calculator"
+
+    def typed() -> tuple[float | None, str | None]:
+        names = "exponentiation", "calculator", "calculator", "no_json"
+        with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+            return book.find_grade(*names).manual_score, book.find_comment(*names).manual_comment
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(plugins, "grade", lambda found, *_: Report(found.student, "calculator", "graded", 0, 20, 0, 0))
+    before = typed()
+    assert before == (4, "Good <b>point</b>.")
+    with monkeypatch.context() as disk:
+        disk.setattr(FilesWriter, "write", full)
+        assert not release.api(course).autograde("calculator", "no_json")["success"]
+    assert not shown.exists() and typed() == before
+    assert release.api(course).autograde("calculator", "no_json")["success"]
+    assert shown.exists() and typed() == before
 
 
 def test_a_file_of_the_folder_goes_before_the_notebooks_cell(tmp_path, blank):
