@@ -80,6 +80,7 @@ class Bundle:
     stamped: bool = False  # `at` was recorded by nbgrader or an earlier collecting
     likely: tuple[str, ...] = ()  # names of files and folders around it, one of which may be a student's
     left: tuple[str, ...] = ()  # entries there that are not readable files
+    unnamed: bool = False  # it was in an archive of archives in which no platform has named anybody
 
 
 def check(source: Path) -> None:
@@ -296,7 +297,8 @@ def _of_platform(download: str, inside: Sequence[Packed | Loose], unplaced: list
             try:
                 unpacked = members_of(file.unpack(own).content, file.path.name, own)
                 likely = (stem(file.path), *file.path.parts[:-1][::-1])
-                yield Bundle(where, download, _unwrapped(unpacked, own), whose, file.changed, likely=likely)
+                inner = _unwrapped(unpacked, own)
+                yield Bundle(where, download, inner, whose, file.changed, likely=likely, unnamed=not named)
             except BadArchive as error:
                 unplaced.append(f"{where}: {error.args[0]}")
         elif whose:

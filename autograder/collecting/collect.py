@@ -34,6 +34,7 @@ Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
 INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
+MOST_UNNAMED = 300  # students of one archive in which no platform has named anybody, without a roster
 NAME_EACH = "name each in a roster (--roster)"
 EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO"}  # scripts that one name may have
 # Letters, digits and signs that are seen as small Latin letters; the last ones are hardly seen at all.
@@ -55,6 +56,7 @@ class Collection:
     kept: list[HandedIn]  # in `.others`
     unplaced: list[str]  # one line each
     missing: dict[str, list[str]] = field(default_factory=dict)  # students of the roster, by exercise
+    looks: list[str] = field(default_factory=list)  # what to look at of a whole archive, one line each
 
 
 @contextlib.contextmanager
@@ -97,6 +99,7 @@ def collect(
     expected = exercises.load(assignment).name if assignment else None
     unplaced: list[str] = []
     found: Found = defaultdict(list)
+    unnamed: dict[tuple[Path, str], list[HandedIn]] = defaultdict(list)  # by the archive that they were in together
     for source in sources:
         for bundle in bundles(source, unplaced, without=into):
             try:
@@ -111,6 +114,9 @@ def collect(
                     )
                 else:
                     found[handed_in.student, handed_in.assignment].append(handed_in)
+                    if bundle.unnamed:
+                        unnamed[source, bundle.download].append(handed_in)
+    looks = [] if roster else _compare_students(unnamed.values(), found, unplaced)
     into.mkdir(parents=True, exist_ok=True)
     before = {key: provenance.read(into, *key) for key in found}
     if not roster:
@@ -118,7 +124,7 @@ def collect(
     else:
         unplaced += _take_out_namesakes(found, before, roster) + _take_out_unvouched(found, before, roster)
     unplaced += _take_out_other_numbers(found, before, roster)
-    result = Collection([], [], unplaced)
+    result = Collection([], [], unplaced, looks=looks)
     _compare(each for those in found.values() for each in those)
     for key in sorted(key for key, those in found.items() if those):
         unplaced += _take_out_other_spellings(found[key], before[key]) if not roster else []
@@ -181,6 +187,28 @@ def _compare_receipts(found: Found) -> None:
             there[each.download].add(each.student, [each.came.name, each.came.user])
     for key, those in found.items():
         found[key] = [compared(each, there[each.download]) if each.came.platform else each for each in those]
+
+
+def _compare_students(together: Iterable[list[HandedIn]], found: Found, unplaced: list[str]) -> list[str]:
+    """Return a line on each archive that has hand-ins of several students, all of whom one person may have invented.
+
+    Those in an archive of too many students are removed, and the archive has a line in `unplaced` instead.
+    """
+    lines = []
+    for those in together:
+        count = len({each.student for each in those})
+        said = f"hand-ins of {count:,} students, and no platform has named them"
+        if count > MOST_UNNAMED:
+            unplaced.append(
+                f"{those[0].download}: it has {said}, so none of them is laid out. Give a roster (--roster), or, if "
+                "you have packed it yourself, unpack it"
+            )
+            these = set(map(id, those))
+            for key in {(each.student, each.assignment) for each in those}:
+                found[key] = [each for each in found[key] if id(each) not in these]
+        elif count > 1:
+            lines.append(f"{those[0].download} has {said}: did one person send it?")
+    return lines
 
 
 def _compare(found: Iterable[HandedIn]) -> None:
@@ -467,6 +495,7 @@ def describe(collection: Collection) -> str:
             lines.append(
                 one_line(f"  {each.student}/{each.assignment}, {each.when}{verified} ({each.source}{less}){look}")
             )
+    lines += [one_line(f"LOOK: {line}") for line in collection.looks]
     lines += ["Could not be placed:"] * bool(collection.unplaced)
     lines += [one_line(f"  {line}") for line in collection.unplaced]
     for name, absent in collection.missing.items():

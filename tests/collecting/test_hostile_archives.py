@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tracemalloc
 import zipfile
+from datetime import timedelta
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -22,7 +23,7 @@ from course.errors import FeedbackError
 from course.foundation import untrusted
 from course.returned import pages
 
-from .test_collect import AUTOGRADER, FILES, archive, counted, handed_in, laid_out
+from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out
 
 COURSE = str(Path(sys.executable).with_name("course"))
 MB = 1_000_000
@@ -382,6 +383,50 @@ def test_a_large_source_is_not_read_whole(tmp_path):
     result, most = measured(lambda: collect([tmp_path / "bulk.zip"], tmp_path / "out"))
     assert [each.student for each in result.laid_out] == ["doejane"]
     assert most < 10 * MB
+
+
+def of_several(path: Path, name: str, students: int) -> Path:
+    """An archive with one archive of `course hand-in` of each of so many students, and an older one of the first."""
+    files = {}
+    for number in range(students):
+        made = handed_in(path.with_suffix(""), f"st{number}")
+        files[name.format(number)] = made.read_bytes()
+    files[f"again/{name.format(0)}"] = handed_in(path.with_suffix(""), "st0", EARLY - timedelta(1)).read_bytes()
+    return archive(path, files)
+
+
+def test_who_is_in_an_archive_of_several_students_is_told_and_bounded_unless_it_is_known_who_they_are(
+    tmp_path, monkeypatch
+):
+    """One person may have invented them all, if no platform has named them and there is no roster."""
+    monkeypatch.setattr("autograder.collecting.collect.MOST_UNNAMED", 3)
+    several = of_several(tmp_path / "several.zip", "{}.zip", 3)
+    other = handed_in(tmp_path / "mail", "st1", LATER)
+    result = collect([several, other], tmp_path / "several")
+    said = "several.zip has hand-ins of 3 students, and no platform has named them: did one person send it?"
+    assert result.looks == [said] and f"LOOK: {said}" in describe(result).splitlines()
+    assert counted(tmp_path / "several") == {f"st{number}/services" for number in range(3)}
+
+    many = of_several(tmp_path / "many.zip", "{}.zip", 4)
+    result = collect([many, other], tmp_path / "many")
+    assert counted(tmp_path / "many") == {"st1/services"} and result.laid_out[0].source == other.name
+    assert not result.kept and not result.looks
+    (line,) = result.unplaced
+    assert line.startswith(
+        "many.zip: it has hand-ins of 4 students, and no platform has named them, so none of them is"
+    )
+
+    roster = Roster()
+    for number in range(4):
+        roster.add(f"st{number}", [])
+    alone = of_several(tmp_path / "alone.zip", "{}.zip", 1)
+    moodle = of_several(tmp_path / "moodle.zip", "St {0}_1{0}_assignsubmission_file_/{0}.zip", 4)
+    with zipfile.ZipFile(many) as whole:
+        whole.extractall(tmp_path / "unpacked")
+    known = [([many], roster, 4), ([alone], None, 1), ([moodle], None, 4), ([tmp_path / "unpacked"], None, 4)]
+    for number, (sources, names, students) in enumerate(known):
+        result = collect(sources, tmp_path / f"known{number}", names)
+        assert (len(result.laid_out), result.looks, result.unplaced) == (students, [], [])
 
 
 def test_a_table_of_contents_is_bounded(monkeypatch):
