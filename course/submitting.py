@@ -50,4 +50,5 @@ class WholeSubmit(ExchangeSubmit):
                     self.set_perms(str(draft), FILES, FOLDERS)
                     draft.chmod(TOP)
         except OSError as error:
-            self.fail(f"{target} could not be written, so nothing was handed in: {storage.why(error)}")
+            why = storage.why(error)
+            self.fail(f"nothing was handed in, because it could not be copied to {target.parent}: {why}")

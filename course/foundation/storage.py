@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import os
+import re
 import secrets
 import shutil
 import stat
@@ -12,6 +13,7 @@ from pathlib import Path
 
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
 MOST_LINKS = 40  # that lead to one another, as in Linux
+OF_ONE_FILE = re.compile(r"\[Errno \d+\] (.+?)(: '.*' -> '.*')?", re.DOTALL)  # the text of an OSError
 
 
 def draft_of(path: Path) -> Path:
@@ -62,7 +64,8 @@ def folder(target: Path, mode: int = 0o777) -> Iterator[Path]:
 def why(error: OSError) -> str:
     """Return what the system says is wrong, in a few words; also for the error of a copied folder of `shutil`."""
     if isinstance(error, shutil.Error) and isinstance(error.args[0], list):
-        return str(error.args[0][0][-1])  # of the first file
+        said = str(error.args[0][0][-1])  # of the first file
+        return known[1] if (known := OF_ONE_FILE.fullmatch(said)) else said
     return error.strerror or str(error)
 
 

@@ -1,7 +1,9 @@
 """Writing the files that a person has named."""
 
+import errno
 import os
 import pty
+import shutil
 import socket
 import subprocess
 import sys
@@ -119,3 +121,16 @@ def test_a_terminal_is_written_to():
     finally:
         os.close(leader)
         os.close(follower)
+
+
+@pytest.mark.parametrize(
+    ("of", "said"),
+    [
+        (("a.py", None, "b.py"), "No space left on device"),
+        (("a.py",), "No space left on device: 'a.py'"),
+        ((), "No space left on device"),
+    ],
+)
+def test_the_reason_of_a_folder_that_was_not_copied_is_told_in_a_few_words(of, said):
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), *of)
+    assert storage.why(shutil.Error([("a.py", "b.py", str(full))])) == said
