@@ -185,6 +185,7 @@ def _configuration(classroom: Classroom, member: Member) -> dict[str, str]:
         f"c.Exchange.root = {EXCHANGE!r}",
         f"c.Exchange.assignment_dir = {notebooks(member)!r}",
         "c.CourseDirectory.groupshared = True",
+        "c.ExchangeFactory.submit = 'course.submitting.WholeSubmit'",  # the Assignments tab reads no other file
         "c.CourseDirectory.ignore = ['.ipynb_checkpoints', '*.pyc', '__pycache__', 'feedback', '*.zip', '.*']",
     ]
     if member.instructor:

@@ -26,6 +26,7 @@ from autograder.gradebook.exchange_list import RegularList
 from autograder.sandbox.confine import CAPABILITIES_V3
 from course.environment import prepare
 from course.foundation.waiting import wait_until
+from course.submitting import WholeSubmit
 
 ADA, EVE, BOB, GONE = 61001, 61002, 61003, 61009  # users that this machine does not have
 READ_CLOSED = 1 << 1 | 1 << 2  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
@@ -348,12 +349,13 @@ def test_a_list_reads_regular_files_alone_and_names_the_others(inbound, tmp_path
 
 
 @pytest.mark.parametrize("staff", [False, True])
-def test_an_instructors_nbgrader_takes_both_from_here(tmp_path, staff):
+def test_a_members_nbgrader_takes_its_classes_from_here(tmp_path, staff):
     said = box._configuration(Classroom(tmp_path, ()), Member("teacher", staff))["nbgrader_config.py"]
     config = Config()
     exec(said, {"get_config": lambda: config})
     chosen = config.ExchangeFactory
     assert (chosen.get("collect"), chosen.get("list")) == ((OwnersCollect, RegularList) if staff else (None, None))
+    assert type(ExchangeFactory(config=config).Submit(config=config)) is WholeSubmit
     apply(config)  # as the course folder's own file does, and that comes first
     chosen = ExchangeFactory(config=config).Collect(config=config)
     assert isinstance(chosen, RegularCollect) and chosen.by_owner == staff
