@@ -1654,6 +1654,14 @@ SENTENCES = [
         "operation=operation.lower().strip())",
         "7 2 Power: the client must send the operation as it is given, not 'power'",
     ),
+    each_night(  # the run that the check compares with is the first to ask
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "operation=operation)",
+        "operation='' * (__import__('time').sleep(operation == 'add') is None))",
+        "{'a': 15.5, 'b': 3.2, 'operation': 'add'}, and asks it {'a': 15.5, 'b': 3.2, 'operation': ''}",
+    ),
     each_night(
         "calculator",
         "calculator-client",
