@@ -5,6 +5,7 @@ import difflib
 import inspect
 import re
 import sys
+from collections.abc import Iterator
 from typing import Any
 
 import rclpy.action
@@ -12,7 +13,18 @@ from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
 from course.explaining.mixups import line_tree
-from course.explaining.source import argument, calls, name_of, named, parse, service_callbacks, without_self
+from course.explaining.source import (
+    Function,
+    argument,
+    calls,
+    functions,
+    inside,
+    name_of,
+    named,
+    parse,
+    service_callbacks,
+    without_self,
+)
 
 # The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
 MAKERS = {
@@ -225,3 +237,29 @@ def node_without_quotes(found: re.Match[str], source: str, code: str) -> str:
     if not any(isinstance(each, ast.Name) and each.id == found[1] for each in given):
         return ""
     return f"The name of a node is a text, in quotation marks: `'{found[1]}'`."
+
+
+def of_an_argument(attribute: str, kind: str, source: str) -> str:
+    """Return the hint on a call of `self.look`, which is a `kind`, if only arguments of one name are stored in it."""
+    stored = {(each.name, name) for each in functions(parse(source)) for name in _stored_in(attribute, each)}
+    if len(stored) != 1:
+        return ""
+    ((function, name),) = stored
+    takes = {each.arg for made in functions(parse(source)) if made.name == function for each in made.args.args}
+    if name not in takes:
+        return ""
+    return (
+        f"`{attribute}` is {kind} here, not a function. It is the argument `{name}` of `{function}`: if a function is "
+        f"meant, pass the function itself there, by its name without brackets; if {kind} is meant, leave out the "
+        f"brackets after `{attribute}`."
+    )
+
+
+def _stored_in(attribute: str, function: Function) -> Iterator[str]:
+    """Yield what a function stores in an attribute: the name of a variable, or '' for anything else."""
+    for node in inside(function):
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            pairs = [(target, node.value)]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = [*zip(target.elts, node.value.elts, strict=False)]
+            yield from (getattr(value, "id", "") for each, value in pairs if ast.unparse(each) == attribute)

@@ -20,6 +20,7 @@ from course.explaining.arguments import (
     lambda_arguments,
     logged,
     node_without_quotes,
+    of_an_argument,
     of_start,
     order_of_arguments,
     self_behind_super,
@@ -262,6 +263,8 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     if len(names) == 1 and (name := names[0].rpartition(".")[2]) in properties:
         return f"`{name}` is a property: leave out the brackets, `{names[0]}`."
     if len(names) == 1 and names[0].count(".") == 1 and found[1] in PLAIN:  # a field, or an attribute of the node
+        if given := of_an_argument(names[0], kind, source):
+            return given
         return f"`{names[0]}` is {kind} here, not a function: leave out the brackets after it."
     if len(names) == 1:
         return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."

@@ -25,6 +25,13 @@ NO_RESULT = (
 )
 OF_FLOAT = "AttributeError: 'Float64' object has no attribute '{}'"
 OF_SCAN = "AttributeError: 'LaserScan' object has no attribute '{}'. Did you mean: 'angle_min'?"
+A_DICT = "TypeError: 'dict' object is not callable"
+LOOKS = """class A(Node):
+    def __init__(self, agent, look=nearest):
+        self.agent, self.look = agent, look
+    def hear(self, msg):
+        self.seen = self.look(msg)
+"""
 KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argument '{}'"
 
 
@@ -34,6 +41,12 @@ KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argumen
         (COUNT, "", "super().__init__(self, 'motors')",
          "`super()` passes `self` already: write `super().__init__('motors')`."),
         (COUNT, "", "super().__init__('motors', 'b')", ""),
+        (A_DICT, LOOKS, "self.seen = self.look(msg)",
+         "It is the argument `look` of `__init__`: if a function is meant, pass the function itself there, by its"),
+        (A_DICT, LOOKS.replace("agent, look\n", "agent, {}\n"), "self.seen = self.look(msg)",
+         "`self.look` is a dict here, not a function: leave out the brackets after it."),
+        (A_DICT, LOOKS.replace("(msg)\n", "(msg)\n        self.look = {}\n"), "self.seen = self.look(msg)",
+         "`self.look` is a dict here, not a function: leave out the brackets after it."),
         (LOG, "", "self.get_logger().info(request.data)",
          "A logger takes a text, and `request.data` is something else: write `info(str(request.data))`."),
         (LOG, "", "self.log(request.data)", ""),
