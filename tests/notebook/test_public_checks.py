@@ -337,6 +337,8 @@ def test_a_check_judges_the_files_as_they_lie_there_by_itself(exercise):
         called = {ast.unparse(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
         assert called & {"judge", "as_it_lies", "run"}, f"{cell.name} starts nothing"
         assert not called & {"time.sleep", "subprocess.run", "lift.wait_for_server"}, cell.name
+        told_of = [each for each in called if each.endswith(".wait_feedback")]
+        assert not told_of, f"{cell.name}: a reader would be told of a call that is not theirs"
 
 
 def test_a_check_starts_what_lies_there_and_refuses_what_is_not_there(empty, tmp_path):
