@@ -50,11 +50,21 @@ def ended_twice(found: re.Match[str], source: str, code: str) -> str:
         return ""
     ended = f"This goal has already ended, as {state.lower()}"
     if other := _elsewhere(ENDS[state], source, code):
-        return (
-            f"{ended}, perhaps by `{ast.unparse(other)}` in line {other.lineno}. When `is_active` of the goal handle "
-            "is False, leave the loop and return the result, without another end."
-        )
+        kept = [each.func.value for each in calls(parse(code), event.lower()) if isinstance(each.func, ast.Attribute)]
+        if len(kept) == 1 and isinstance(kept[0], ast.Attribute):  # `self.newest`, and not a goal of its own
+            how = f"Check first that it still runs: `if {ast.unparse(kept[0])}.is_active:`."
+        else:
+            leave = "leave the loop and return" if _in_a_loop(code, source) else "return"
+            how = f"When `is_active` of the goal handle is False, {leave} the result, without another end."
+        return f"{ended}, perhaps by `{ast.unparse(other)}` in line {other.lineno}. {how}"
     return f"{ended}. After `succeed()`, `canceled()` or `abort()`, leave the loop and return the result."
+
+
+def _in_a_loop(code: str, source: str) -> bool:
+    """Return True if the line `code` stands in a loop."""
+    lines = [number for number, line in enumerate(source.splitlines(), 1) if line.strip() == code.strip()]
+    loops = [each for each in ast.walk(parse(source)) if isinstance(each, (ast.For, ast.While))]
+    return any(covers(loop, line) for loop in loops for line in lines)
 
 
 def _elsewhere(method: str, source: str, code: str) -> ast.Call | None:

@@ -33,6 +33,7 @@ def no_value(found: re.Match[str], source: str, code: str) -> str:
             _message(given, source, code),
             _dict(given, source, code),
             _key(given, source, code),
+            _converted_in_vain(given, found[2], source),
         )
         if why := next(filter(None, (*explained, returned_nothing(source, ast.unparse(given), given=True))), ""):
             return why
@@ -53,6 +54,24 @@ def _method(given: ast.expr, source: str) -> str:
     if isinstance(given, ast.Attribute) and name_of(given.value) == "self" and given.attr in methods:
         return the_method_itself(ast.unparse(given))
     return ""
+
+
+def _converted_in_vain(given: ast.expr, kind: str, source: str) -> str:
+    """Return the hint on a conversion of what is given, whose result nothing keeps: `float(a), float(b)` alone."""
+    for node in (each for each in ast.walk(parse(source)) if isinstance(each, ast.Expr)):
+        made = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
+        converted = [each.args[0] for each in made if isinstance(each, ast.Call) and _is_conversion(each, kind)]
+        names = [ast.unparse(each) for each in converted]
+        if isinstance(given, ast.Name) and given.id in names and len(names) == len(made):
+            text = ", ".join(map(ast.unparse, made))
+            return f"Nothing keeps the result of line {node.lineno}: write `{', '.join(names)} = {text}`."
+    return ""
+
+
+def _is_conversion(call: ast.Call, kind: str) -> bool:
+    """Return True for a call of a type with a name or a field: `float(a)`."""
+    plain = len(call.args) == 1 and isinstance(call.args[0], (ast.Attribute, ast.Name)) and not call.keywords
+    return isinstance(call.func, ast.Name) and call.func.id == kind and plain
 
 
 def _message(given: ast.expr, source: str, code: str) -> str:

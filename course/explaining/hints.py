@@ -978,7 +978,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"'method' object is not subscriptable", _method_indexed),
     (r"^TypeError: (\w+)\(\) takes 0 positional arguments but", of_the_course),
     (r"'(\w+)' object has no attribute '(\w+)'", session_overwritten),
-    (r"'(\w+)' field must be of type", no_value),
+    (r"'(\w+)' field must be of type(?: '(\w+)')?", no_value),
     (r"field must be of type", _parameter_for_value),
     (NOT_THERE, method_for_result),
     (UNCALLED, not_called),

@@ -144,7 +144,7 @@ def wrong_type(found: re.Match[str], source: str) -> str:
     """Return the hint on a value of another type than its field."""
     field, kind = found[1], found[2]
     examples = {
-        "float": "a float, such as 3.0, not an int, a NumPy number or None: convert a number with `float(...)`",
+        "float": "a float, such as 3.0, not a text, an int, a NumPy number or None: convert a number with `float(...)`",
         "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
         "str": "a string: use `str(...)` or an f-string",
         "bool": "True or False, without quotation marks; of anything else, a comparison such as `count > 0` makes one",

@@ -39,7 +39,8 @@ NOTHING_ELSE = (
     "`create_client(..., callback_group=ReentrantCallbackGroup())`."
 )
 ONLY_ITS_EXECUTOR = "only its own executor can receive, and the executor is busy with this callback."
-AWAIT = " Make it `async def`, write `await client.call_async(...)`, and give the client a callback group of its own."
+WRITE_AWAIT = "write `await client.call_async(...)`"
+AWAIT = f" Make it `async def`, {WRITE_AWAIT}, and give the client a callback group of its own."
 UNSPUN = "nothing spins `{0}` of line {1}, and `{2}` has one thread: write `{0}.spin()` in its place."
 ONE_AT_A_TIME = (
     "The callback group of {0}, without a `callback_group` the node's default one, lets one callback run at a time: "
@@ -255,7 +256,7 @@ def blocked(
                     if one_group:
                         return f"{waits} comes to a client in its own callback group{NOTHING_ELSE}"
                     continue
-                how = f" N{UNSPUN.format(*idle_one)[1:]}" if idle_one else AWAIT
+                how = f" N{UNSPUN.format(*idle_one)[1:]}" if idle_one else _how_to_await(function, one_group)
                 return f"{waits} {ONLY_ITS_EXECUTOR}{how}"
         if line := next((line for asked, line in _asked(tree, function) if asked == f"/{service.lstrip('/')}"), 0):
             return (
@@ -267,11 +268,21 @@ def blocked(
         if loop := _awaits_in_a_loop(function):
             waits = f"its callback '{function.name}' waits in line {loop.lineno}, `while {ast.unparse(loop.test)}`,"
             if [*calls(loop, "spin_once"), *calls(loop, "spin_until_future_complete")]:
-                return f"{waits} and spins its node there, which takes the node from the executor that spins it.{AWAIT}"
-            return f"{waits} for a response that {ONLY_ITS_EXECUTOR}{AWAIT}"
+                why = "and spins its node there, which takes the node from the executor that spins it."
+            else:
+                why = f"for a response that {ONLY_ITS_EXECUTOR}"
+            return f"{waits} {why}{_how_to_await(function, one_group)}"
         if _sleeps(function) or _endless(function):
             return f"its callback '{function.name}' {SLEEPS}"
     return ""
+
+
+def _how_to_await(function: Function, one_group: bool) -> str:
+    """Return what is still to be done so that a callback awaits its client, as a sentence."""
+    if not isinstance(function, ast.AsyncFunctionDef):
+        return AWAIT if one_group else f" Make it `async def`, and {WRITE_AWAIT}."
+    own = ", and give the client a callback group of its own" if one_group else ""
+    return f" {WRITE_AWAIT.capitalize()}{own}."
 
 
 def endless_looks(tree: ast.AST) -> Iterator[ast.While]:

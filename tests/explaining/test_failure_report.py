@@ -393,7 +393,7 @@ def after(self, params):
             "AssertionError: The 'result' field must be of type 'float'",
             "",
             "response.result = None",
-            "not an int, a NumPy number or None: convert a number with `float(...)`",
+            "not a text, an int, a NumPy number or None: convert a number with `float(...)`",
         ),
         (
             "AttributeError: 'method' object has no attribute 'sequence'",
@@ -749,6 +749,24 @@ def test_a_known_cause_has_a_hint_and_no_other(error, text, code, says):
             "while not self.client.call_async(r).done(): rclpy.spin_once(self, timeout_sec=0.1)",
             "",
             "spins its node there, which takes the node from the executor",
+        ),
+        (
+            "async def",
+            "while not self.client.call_async(r).done(): time.sleep(1)",
+            ", callback_group=group",
+            "busy with this callback. Write `await client.call_async(...)`.",
+        ),
+        (
+            "async def",
+            "answer = self.client.call(r)",
+            "",
+            "callback. Write `await client.call_async(...)`, and give the client a callback group of its own.",
+        ),
+        (
+            "def",
+            "answer = self.client.call(r)",
+            ", callback_group=group",
+            "callback. Make it `async def`, and write `await client.call_async(...)`.",
         ),
         ("async def", "answer = await self.call(r)", ", callback_group=group", ""),
         ("def", "answer = self.ask(r)", "", ""),

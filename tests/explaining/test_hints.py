@@ -218,7 +218,19 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             INVALID.format("ABORTED", "ABORT"),
             TAKES_OVER,
             "goal_handle.abort()",
-            "This goal has already ended, as aborted, perhaps by `self.newest.abort()` in line 2. When `is_active`",
+            "by `self.newest.abort()` in line 2. When `is_active` of the goal handle is False, return the result",
+        ),
+        (
+            INVALID.format("ABORTED", "ABORT"),
+            TAKES_OVER.replace("    if self", "    while self"),
+            "goal_handle.abort()",
+            "is False, leave the loop and return the result, without another end.",
+        ),
+        (
+            INVALID.format("SUCCEEDED", "ABORT"),
+            f"{TAKES_OVER}    goal_handle.succeed()\n",
+            "self.newest.abort()",
+            "`goal_handle.succeed()` in line 6. Check first that it still runs: `if self.newest.is_active:`.",
         ),
         (
             INVALID.format("ABORTED", "ABORT"),
