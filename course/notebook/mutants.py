@@ -5,7 +5,6 @@ data selection", Computer 11(4), 1978).
 """
 
 import ast
-import copy
 import os
 import re
 import subprocess
@@ -165,13 +164,18 @@ def mutants_of(source: str) -> Iterator[Mutant]:
 
     Raises SyntaxError if it is not Python.
     """
-    tree = syntax_tree(source)
-    tree.body = [each for each in tree.body if not _is_guard(each)]
-    changes = sorted((place, number) for number, place in enumerate(_places(tree)))
+    changes = sorted((place, number) for number, place in enumerate(_places(_importable(source))))
     for (line, _), number in changes:
-        other = copy.deepcopy(tree)
+        other = _importable(source)  # no copy: IPython's tracebacks hang other programs' trees on nodes that all share
         slip = _change(list(ast.walk(other)), number)
         yield Mutant(line, slip, ast.unparse(ast.fix_missing_locations(other)) + "\n")
+
+
+def _importable(source: str) -> ast.Module:
+    """Return the tree of what a program runs on import."""
+    tree = syntax_tree(source)
+    tree.body = [each for each in tree.body if not _is_guard(each)]
+    return tree
 
 
 def _is_guard(statement: ast.stmt) -> bool:

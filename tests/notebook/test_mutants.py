@@ -1,5 +1,6 @@
 """Mutants: one slip each, all of them, and the test that finds each."""
 
+import ast
 import time
 
 import pytest
@@ -42,6 +43,20 @@ def test_each_slip_is_made_once_by_itself():
     ]
     assert len({mutant.source for mutant in mutants}) == len(mutants)
     assert not any("print" in mutant.source for mutant in mutants), "what a program that is imported does not run"
+
+
+class NotMine:
+    """What another library has hung on a syntax tree: to copy it would take seconds."""
+
+    def __deepcopy__(self, memo):
+        raise AssertionError("copied")
+
+
+def test_mutants_copy_nothing_that_a_traceback_has_left_on_the_nodes_that_all_trees_share(monkeypatch):
+    shared = ast.parse("a").body[0].value.ctx
+    assert ast.parse("b").body[0].value.ctx is shared
+    monkeypatch.setattr(shared, "parent", NotMine(), raising=False)
+    assert len(list(mutants_of(PROGRAM))) == 13
 
 
 @pytest.fixture
