@@ -1056,8 +1056,8 @@ SENTENCES = [
         "calculator-server",
         "calculator_server.py",
         "request.b == 0.0",
-        "abs(request.b) < 1e-6",
-        "1.0 divide 1e-09 was refused: Division by zero",
+        "abs(request.b) < 1e-12",
+        "2e-300 divide 1e-300 was refused: Division by zero",
     ),
     each_night(
         "calculator",
@@ -1655,6 +1655,58 @@ SENTENCES = [
         "operation=operation)",
         "operation=operation.lower().strip())",
         "7 2 Power: the client must send the operation as it is given, not 'power'",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "        a, b = float(a), float(b)\n    except ValueError:\n        print(USAGE)\n        return 2\n",
+        "        a = float(a)\n    except ValueError:\n        print(USAGE)\n        return 2\n    b = float(b)\n",
+        "1 x add: it must print the usage, without a traceback, and fail; exit status 1",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "        _, a, b, operation = remove_ros_args(args)\n",
+        "        words = remove_ros_args(args)\n        a = words[1]\n        _, a, b, operation = words\n",
+        "no argument at all: it must print the usage, without a traceback, and fail; exit status 1",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "        _, a, b, operation = remove_ros_args(args)\n",
+        "        words = remove_ros_args(args)\n        assert len(words) < 5\n        _, a, b, operation = words\n",
+        "1 2 add 3 is one argument too many: it must print the usage",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "'--cancel-after', type=int, metavar='N')\n    options = parser.parse_args(remove_ros_args(args)[1:])",
+        (
+            "'--cancel-after')\n    options = parser.parse_args(remove_ros_args(args)[1:])\n"
+            "    options.cancel_after = options.cancel_after and int(options.cancel_after)"
+        ),
+        "lift_client.py 1 --cancel-after two: it must print its usage, without a traceback; exit status 1",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "nargs='+'",
+        "nargs='*'",
+        "'1 --cancel-after two' it must print its usage, and send no goal; it sent one for the floors []",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "            return 'REJECTED'\n        self.cancel_when_heard()\n",
+        "            return 'REJECTED'\n",
+        "--cancel-after 0 cancels as soon as the goal is accepted: CANCELED must be in the last line, and the exit status "
+        "must not be 0; it is 0\nThe server of this cell sends no feedback before the cancel.",
     ),
     each_night(  # the run that the check compares with is the first to ask
         "calculator",
