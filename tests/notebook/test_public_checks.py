@@ -743,7 +743,7 @@ PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
             await self.client.call_async(AddTwoInts.Request())
 """
 GIVES_UP = """        future, given_up = self.client.call_async(AddTwoInts.Request(a=a, b=b)), rclpy.task.Future()
-        timer = self.create_timer(3.0, given_up.cancel, callback_group=self.client.callback_group)
+        timer = self.create_timer(4.0, given_up.cancel, callback_group=self.client.callback_group)
         future.add_done_callback(lambda future: given_up.set_result(future.result()))
         answer = await given_up
         self.destroy_timer(timer)
@@ -1347,6 +1347,14 @@ SENTENCES = [
         "actions",
         "lift-server",
         "lift_server.py",
+        "        self.blocked = request.data\n        response.success = True\n",
+        "        response.success = self.blocked != request.data\n        self.blocked = request.data\n",
+        "/lift/block must answer with success also when a free shaft is freed: ",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
         "        return GoalResponse.REJECT\n",
         "        self.blocked = False\n        return GoalResponse.REJECT\n",
         "with a blocked shaft, after a goal that was rejected, a new goal ended as succeeded, not as aborted",
@@ -1376,7 +1384,7 @@ SENTENCES = [
         ". The sum is 9007199254740993, and the message must have all its digits: a float has not so many",
     ),
     each_night(
-        "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 3.5 s, and the relay gave up before that: "
+        "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 4.3 s, and the relay gave up before that: "
     ),
     (
         "actions",
@@ -2130,3 +2138,43 @@ def test_a_task_on_the_page_names_what_makes_others_wait(empty, capfd, changes, 
     told = capfd.readouterr().out
     assert "/held_sum must be asked twice, and was asked 1 times\n" in told
     assert says in told
+
+
+OF_STORED = """        new = {name: self.get_parameter(name).value for name in ("low", "full")}
+        new.update((each.name, each.value) for each in parameters)
+        if new["low"] <= new["full"] - 10.0:
+            return SetParametersResult(successful=True)
+        return SetParametersResult(successful=False, reason="too near")
+"""
+KEEPS_REFUSED = OF_STORED.replace(
+    'new = {name: self.get_parameter(name).value for name in ("low", "full")}',
+    "new = self.__dict__.setdefault('new', {'low': 20.0, 'full': 80.0})",
+)
+
+
+@pytest.mark.matrix  # only a live node shows what is stored
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (OF_STORED, "Battery: as asked\n"),
+        (KEEPS_REFUSED, "{'low': 10.0} must be accepted and is not: too near\nStored now: low=10.0 full=20.0\n"),
+        (
+            KEEPS_REFUSED.replace("each in parameters", "each in parameters if each.name == 'low'").replace(
+                "        if new", "        new['full'] = dict((p.name, p.value) for p in parameters).get('full', "
+                "self.get_parameter('full').value)\n        if new"
+            ),
+            "{'full': 20.0} must be accepted and is not: too near\nStored now: low=10.0 full=20.0\n",
+        ),
+    ],
+)  # fmt: skip
+def test_the_first_task_of_parameters_sees_refused_values_that_are_kept(empty, capsys, body, says):
+    page = nbformat.read(NOTEBOOKS / "parameters" / "parameters.ipynb", 4)
+    known = {cell["id"]: cell["source"] for cell in page.cells}
+    head, _, _ = known["battery-stub"].partition("        # here: ")
+    names: dict[str, object] = {"ros": live.live()}
+    imports = (
+        "import math\nfrom rcl_interfaces.msg import SetParametersResult\nfrom rclpy.node import Node\n"
+        "from rcl_interfaces.srv import SetParametersAtomically\nfrom rclpy.parameter import Parameter\n"
+    )
+    exec(imports + head + body + known["battery-check"], names)
+    assert capsys.readouterr().out == says
