@@ -30,6 +30,7 @@ from course.explaining.source import (
     undecorated,
     without_global,
 )
+from course.explaining.thrown_away import thrown_away
 from course.explaining.unmeant import unmeant
 from course.explaining.unread import unread
 from course.explaining.unused import unused
@@ -54,7 +55,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_unawaited(tree)}
+    found |= {*_unawaited(tree), *thrown_away(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
     found |= {*exchanged_limits(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
