@@ -360,14 +360,15 @@ def log_of(server: Handle) -> str:
     return found
 
 
-def broken_chain(file: str, word: str) -> str:
+def broken_chain(file: str, word: str, sets: str = "") -> str:
     """Return lines on an `if` in the place of an `elif`, whose last branches run for `word` as well.
 
-    Or on a comparison with another spelling of it; '' if the text shows neither.
+    Or on a comparison with another spelling of it; '' if the text shows neither.  With `sets`, the name of a field,
+    only on an `if` whose last branch sets that.
     """
     source = text_at(Path(file))
     for line, meant, why in operations(parse(source)):
-        if meant == word:
+        if meant == word and not sets:
             return f"\n{frame_at(file, line, source)}\n{why}"
     for node in ast.walk(parse(source)):
         body = getattr(node, "body", [])
@@ -378,13 +379,16 @@ def broken_chain(file: str, word: str) -> str:
                 continue
             left, chains = _compares(branch.test)[0], []
             for after in body[number + 1 :]:
-                if not isinstance(after, ast.If) or _compares(after.test)[0] != left:
+                asked = [_holds(each.test, left, word) for each in _branches(after)]
+                if not isinstance(after, ast.If) or asked[0] is not False or (left, word) in _equal(after):
                     break
                 chains.append(after)
-                asked = [_compares(each.test) for each in _branches(after)]
-                if (left, word) in asked:
-                    break
-                if after.orelse and (_last(after).orelse or any(each[0] != left for each in asked)):
+                last = _last(after).orelse
+                if sets and sets not in map(
+                    name_of, (node for each in last for node in ast.walk(each) if _stores(node))
+                ):
+                    continue
+                if after.orelse and (last or None in asked):
                     more = " So do the others below it." if len(chains) > 1 else ""
                     return (
                         f"\n{frame_at(file, chains[0].lineno, source)}\nThis `if` begins a new chain, whose last "
@@ -409,6 +413,27 @@ def _compares(test: ast.expr) -> tuple[str, object]:
     if isinstance(test, ast.Compare) and len(test.ops) == 1 and isinstance(test.ops[0], ast.Eq):
         return ast.unparse(test.left), getattr(test.comparators[0], "value", None)
     return "", None
+
+
+def _stores(node: ast.AST) -> bool:
+    return isinstance(getattr(node, "ctx", None), ast.Store)
+
+
+def _equal(node: ast.If) -> list[tuple[str, object]]:
+    return [_compares(each.test) for each in _branches(node)]
+
+
+def _holds(test: ast.expr, left: str, word: str) -> bool | None:
+    """Return the value of a condition on what is `left`, if that is this word; None for another condition."""
+    if not isinstance(test, ast.Compare) or len(test.ops) != 1 or ast.unparse(test.left) != left:
+        return None
+    other = test.comparators[0]
+    known = [getattr(each, "value", None) for each in getattr(other, "elts", [other])]
+    if isinstance(test.ops[0], (ast.Eq, ast.NotEq)) and isinstance(other, ast.Constant):
+        return (word in known) == isinstance(test.ops[0], ast.Eq)
+    if isinstance(test.ops[0], (ast.In, ast.NotIn)) and all(isinstance(each, str) for each in known):
+        return (word in known) == isinstance(test.ops[0], ast.In) if hasattr(other, "elts") else None
+    return None
 
 
 def clamped_wrongly(file: str) -> str:

@@ -318,3 +318,25 @@ def test_a_chain_of_ifs_is_told_for_the_words_that_its_else_runs_for(tmp_path, m
     (tmp_path / "server.py").write_text(CHAIN.format(*words))
     said = broken_chain("server.py", word)
     assert says in said and bool(says) == bool(said)
+
+
+@pytest.mark.parametrize(
+    ("test", "told"),
+    [
+        ("word not in ('add', 'divide')", True),
+        ("word in ('multiply', 'power')", True),
+        ("word != 'add'", True),
+        ("word not in ('divide', 'power')", False),
+        ("word in ('add', 'plus')", False),
+        ("word not in KNOWN", False),
+        ("word in 'multiply'", False),
+        ("other not in ('add', 'divide')", False),
+    ],
+)
+def test_a_chain_that_first_asks_for_unknown_words_is_told_of_too(tmp_path, monkeypatch, test, told):
+    monkeypatch.chdir(tmp_path)
+    chain = f"if word == 'add':\n    result = 1\nif {test}:\n    success = False\nelif b == 0:\n    success = False\n"
+    (tmp_path / "server.py").write_text(f"{chain}else:\n    result = a / b\n")
+    for sets in ("", "result"):
+        assert ("line 3\n" in (said := broken_chain("server.py", "add", sets))) == told == bool(said)
+    assert broken_chain("server.py", "add", sets="success") == ""
