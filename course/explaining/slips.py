@@ -171,16 +171,15 @@ def _makes(statement: ast.stmt) -> bool:
 
 
 def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
-    """Yield values with a sign that nobody writes: `total =+ step`, for `total += step`."""
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Assign) or isinstance(getattr(node.value, "operand", None), ast.Constant):
-            continue
+    """Yield values with a sign that nobody writes: `total =+ step`, for `total += step`; of numbers, only a 1."""
+    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Assign)):
         target, written = (ast.get_source_segment(cell, each) or "" for each in (node.targets[0], node.value))
-        if written.startswith("+") and f"{target} ={written}" in (ast.get_source_segment(cell, node) or ""):
-            text = (
-                f"`{target} ={written}` replaces its value. To add to it, write `{target} += {written[1:].lstrip()}`."
-            )
-            yield node.lineno, text
+        sign, rest = written[:1], written[1:].lstrip()
+        a_number = isinstance(getattr(node.value, "operand", None), ast.Constant)
+        told = written in ("+ 1", "- 1") or (sign == "+" and not a_number)
+        if told and f"{target} ={written}" in (ast.get_source_segment(cell, node) or ""):
+            how = f"To {'add to it' if sign == '+' else 'subtract from it'}, write `{target} {sign}= {rest}`."
+            yield node.lineno, f"`{target} ={written}` replaces its value. {how}"
 
 
 def _set_again(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:

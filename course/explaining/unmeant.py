@@ -26,6 +26,7 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _milliseconds(tree)
     yield from _negative_ages(tree)
     yield from _cancels_in_vain(tree)
+    yield from _first_rounds(tree)
 
 
 def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -91,6 +92,34 @@ def _cancels_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
                         ".canceled()`, which nothing here calls."
                     ),
                 )
+
+
+def _first_rounds(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the loops over values that return in their first round in any case, whatever the first value is."""
+    for function in functions(tree):
+        for loop in (node for node in inside(function) if isinstance(node, ast.For)):
+            inner = [node for statement in loop.body for node in (statement, *inside(statement))]
+            returned = {ast.unparse(node) for node in inner if isinstance(node, ast.Return)}
+            goes_on = any(
+                isinstance(node, (ast.Break, ast.Continue, ast.Try, ast.Yield, ast.YieldFrom)) for node in inner
+            )
+            if len(returned) > 1 and not goes_on and _returns(loop.body) and name_of(_called(loop.iter)) != "range":
+                why = (
+                    f"each way through this loop ends with a `return`, so only the first of `{ast.unparse(loop.iter)}`"
+                )
+                yield loop.lineno, f"{why} is looked at. The `return` for after the last one stands below the loop."
+
+
+def _called(value: ast.expr) -> ast.expr | None:
+    return value.func if isinstance(value, ast.Call) else None
+
+
+def _returns(body: list[ast.stmt]) -> bool:
+    """Return True if each way through a block ends at a `return`."""
+    last = body[-1] if body else None
+    if isinstance(last, ast.If):
+        return _returns(last.body) and _returns(last.orelse)
+    return isinstance(last, ast.Return) or (isinstance(last, ast.With) and _returns(last.body))
 
 
 def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:

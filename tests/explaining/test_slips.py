@@ -425,6 +425,10 @@ RESULT = "return SetParametersResult(successful=True)"
          "line 20: `self.total =+ request.a * 2` replaces its value. To add to it, write `self.total += request.a *"),
         ("add", "self.total = +request.a", ""),
         ("add", "self.total =+ 5", ""),
+        ("add", "self.total =+ 1", "`self.total =+ 1` replaces its value. To add to it, write `self.total += 1`."),
+        ("add", "self.total =- 1", "`self.total =- 1` replaces its value. To subtract from it, write `self.total -= 1"),
+        ("add", "self.total =-1", ""),
+        ("add", "self.total = - 1", ""),
         ("add", "question.a = 1\n        question.a = 2",
          ("line 21: `question.a` is set here, and in line 20 just before it, whose value is lost. Is another field "
           "meant in one of the two?")),
@@ -764,3 +768,25 @@ def test_a_check_that_nothing_registers_is_told_in_a_cell_that_starts_its_class(
     assert told.startswith("note: line 6: 'validate' returns a SetParametersResult, and nothing calls or registers it")
     registered = CHECKED.format("self.add_on_set_parameters_callback(self.validate)")
     assert slips(cell) == slips(f"{cell}ros.start(Other)\n") == slips(f"{registered}ros.start(Checked)\n") == []
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ("if each > top: return False\n        return True", True),
+        ("if each > top: return False\n        else: return True", True),
+        ("low = each - 1\n        with lock:\n            if low: return low\n            return top", True),
+        ("if each > top: return False", False),
+        ("return each", False),  # the first one is meant
+        ("if each > top: continue\n        if each: return 1\n        return 2", False),
+        ("if each > top: break\n        return True", False),
+        ("try: return ask(each)\n        except TimeoutError: return None", False),
+        ("if each > top: return False\n        print(each)", False),
+        ("if each > top: return False\n        elif each: return True", False),
+    ],
+)
+def test_a_loop_that_returns_in_its_first_round_is_told(body, told):
+    says = "note: line 2: each way through this loop ends with a `return`, so only the first of `floors` is looked at."
+    found = slips(f"def fits(floors, top):\n    for each in floors:\n        {body}\n    return True\n")
+    assert len(found) == told and all(each.startswith(says) for each in found), found
+    assert slips(f"def fits(top):\n    for each in range(top):\n        {body}\n    return True\n") == []
