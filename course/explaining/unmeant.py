@@ -8,6 +8,7 @@ from course.explaining.source import (
     argument,
     calls,
     functions,
+    functions_of,
     inside,
     last_parameter,
     name_of,
@@ -27,6 +28,7 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _negative_ages(tree)
     yield from _cancels_in_vain(tree)
     yield from _first_rounds(tree)
+    yield from _new_locks(tree)
 
 
 def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -108,6 +110,30 @@ def _first_rounds(tree: ast.Module) -> Iterator[tuple[int, str]]:
                     f"each way through this loop ends with a `return`, so only the first of `{ast.unparse(loop.iter)}`"
                 )
                 yield loop.lineno, f"{why} is looked at. The `return` for after the last one stands below the loop."
+
+
+def _new_locks(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the locks that a method of a class makes and locks itself, so that each call has one of its own."""
+    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+        for function in (each for each in functions_of(cls) if each.name != "__init__"):
+            nodes = [*ast.walk(function)]
+            used = {node.func.value for node in nodes if isinstance(node, ast.Call)
+                    and isinstance(node.func, ast.Attribute) and node.func.attr in ("acquire", "release")}  # fmt: skip
+            used |= {node.context_expr for node in nodes if isinstance(node, ast.withitem)}
+            for node in nodes:
+                target = node.targets[0] if isinstance(node, ast.Assign) and len(node.targets) == 1 else None
+                if isinstance(target, ast.Name) and name_of(_called(node.value)) in LOCKS:  # type: ignore[attr-defined]
+                    same = {each for each in nodes if isinstance(each, ast.Name) and each.id == target.id}
+                    inner = any(
+                        isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)) for each in nodes[1:]
+                    )
+                    if not inner and same - {target} and same - {target} <= used:
+                        why = f"each call of '{function.name}' makes a lock of its own here, which no other call waits"
+                        how = f"Make it once, in `__init__`: `self.{ast.unparse(node)}`."
+                        yield target.lineno, f"{why} for. {how}"
+
+
+LOCKS = ("Lock", "RLock")
 
 
 def _called(value: ast.expr) -> ast.expr | None:

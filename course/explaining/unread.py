@@ -38,6 +38,7 @@ def unread(tree: ast.AST, *, whole: bool) -> Iterator[tuple[int, str]]:
         yield from _without_self(cls, {*answers})
         if whole:
             yield from _misspelt(cls, read)
+            yield from _never_set(cls, nodes)
 
 
 def _answers(tree: ast.AST, read: Collection[str] | None) -> Iterator[tuple[ast.Assign, tuple[int, str]]]:
@@ -81,6 +82,32 @@ def _without_self(cls: ast.ClassDef, told: Collection[ast.Assign]) -> Iterator[t
                 if name in read - kept and statement not in told and not _uses(function, name):
                     text = f"`{name}` is a variable of '{function.name}' alone, and nothing reads it. To set the"
                     yield statement.lineno, f"{text} attribute of the object, write `self.{name} = ...`."
+
+
+def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
+    """Yield variables of a method that hide an attribute: one that is read, and that only `__init__` sets, to a bool.
+
+    The variable is set to what the method is given: `stopped = request.data`.
+    """
+    begins = next((each for each in functions_of(cls) if each.name == "__init__"), None)
+    if begins is None or "setattr" in map(name_of, nodes):
+        return
+    stored = [node for node in nodes if isinstance(node, ast.Attribute) and not isinstance(node.ctx, ast.Load)]
+    first = {name_of(target): statement.value.value for statement, target in _assigned(begins.body)
+             if _is_of_self(target) and isinstance(statement.value, ast.Constant)}  # fmt: skip
+    for function in functions_of(cls):
+        given = [each.arg for each in function.args.args[1:]]
+        own = [node for node in ast.walk(function) if isinstance(node, ast.Attribute) and _is_of_self(node)]
+        for body in _bodies(function):
+            for statement, target in _assigned(body):
+                name, value = target.id if isinstance(target, ast.Name) else "", first.get(name_of(target))
+                of_the_call = isinstance(statement.value, ast.Attribute) and name_of(statement.value.value) in given
+                once = sum(node.attr == name for node in stored) == 1 and name not in map(name_of, own)
+                read = any(isinstance(node, ast.Attribute) and node.attr == name and _is_of_self(node)
+                           for node in ast.walk(cls) if node not in stored)  # fmt: skip
+                if isinstance(value, bool) and of_the_call and once and read and _uses(function, name):
+                    text = f"`{name}` is a variable of '{function.name}' alone, and nothing sets `self.{name}`, which"
+                    yield statement.lineno, f"{text} stays {value}. To set that, write `self.{name} = ...`."
 
 
 def _misspelt(cls: ast.ClassDef, read: set[str]) -> Iterator[tuple[int, str]]:

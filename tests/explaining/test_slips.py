@@ -790,3 +790,60 @@ def test_a_loop_that_returns_in_its_first_round_is_told(body, told):
     found = slips(f"def fits(floors, top):\n    for each in floors:\n        {body}\n    return True\n")
     assert len(found) == told and all(each.startswith(says) for each in found), found
     assert slips(f"def fits(top):\n    for each in range(top):\n        {body}\n    return True\n") == []
+
+
+MOTORS = """%%exercise motors.py
+class Motors(Node):
+    def __init__(self):
+        self.stopped = {first}
+    def stop(self, request, response):
+        {line}
+        if stopped:
+            self.enabled = False
+        return response
+    def state(self):
+        return 'stopped' if self.{read} else 'on'
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "first", "read", "told"),
+    [
+        ("stopped = request.data", "False", "stopped", True),
+        ("stopped = self.stopped", "False", "stopped", False),
+        ("self.stopped = stopped = request.data", "False", "stopped", False),
+        ("stopped = request.data; self.stopped = stopped", "False", "stopped", False),
+        ("stopped = request.data; setattr(self, 'stopped', stopped)", "False", "stopped", False),
+        ("stopped = request.data and self.stopped", "False", "stopped", False),
+        ("stopped = OTHER.data", "False", "stopped", False),
+        ("stopped = request.data", "10", "stopped", False),
+        ("stopped = request.data", "False", "other", False),
+    ],
+)
+def test_a_variable_that_hides_an_attribute_that_nothing_sets_is_told(line, first, read, told):
+    says = (
+        "note: line 5: `stopped` is a variable of 'stop' alone, and nothing sets `self.stopped`, which stays False. To"
+    )
+    found = slips(MOTORS.format(line=line, first=first, read=read))
+    assert len(found) == told and all(each.startswith(says) for each in found), found
+
+
+@pytest.mark.parametrize(
+    ("before", "block", "told"),
+    [
+        ("cabin = threading.Lock()", "with cabin:", True),
+        ("cabin = Lock(); cabin.acquire()", "if cabin.release():", True),
+        ("cabin = self.cabin = threading.Lock()", "with cabin:", False),
+        ("cabin = self.cabin", "with cabin:", False),
+        ("cabin = threading.Lock(); self.cabin = cabin", "with cabin:", False),
+        ("cabin = threading.Lock(); Thread(target=self.move, args=(cabin,)).start()", "with cabin:", False),
+        ("cabin = threading.Lock(); run = lambda: cabin.acquire()", "with cabin:", False),
+    ],
+)
+def test_a_lock_that_each_call_makes_is_told(before, block, told):
+    says = "note: line 3: each call of 'execute' makes a lock of its own here, which no other call waits for. Make it"
+    text = "class Lift(Node):\n    def execute(self, goal_handle):\n"
+    found = slips(f"{text}        {before}\n        {block}\n            self.move()\n")
+    assert len(found) == told and all(each.startswith(says) for each in found), found
+    once = text.replace("execute", "__init__")
+    assert slips(f"{once}        {before}\n        {block}\n            self.move()\n") == []
