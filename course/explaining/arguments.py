@@ -42,6 +42,8 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
     tree = parse(source)
     for maker, (place, usual) in MAKERS.items():
         for call in calls(tree, maker):
+            if exchanged := _exchanged(call):
+                return exchanged
             names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
             if place - 1 in names and place in names:
                 kind = ast.unparse(call.args[place - 1])
@@ -51,6 +53,21 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
                 in_a_cell = "ros.node" in map(ast.unparse, call.args)
                 right = usual.replace("(self,", "(ros.node,") if in_a_cell else usual
                 return f"The arguments of `{maker}` are in the wrong order: write `{right}`."
+    return ""
+
+
+def _exchanged(call: ast.Call) -> str:
+    """Return the hint on a type and a name that are given by each other's keyword; '' for another call."""
+    given = {each.arg: each.value for each in call.keywords}
+    for kind, name in (("srv_type", "srv_name"), ("msg_type", "topic"), ("action_type", "action_name")):
+        text, other = given.get(kind), given.get(name)
+        if (
+            isinstance(text, ast.Constant)
+            and isinstance(text.value, str)
+            and isinstance(other, (ast.Name, ast.Attribute))
+        ):
+            right = f"{kind}={ast.unparse(other)}, {name}={ast.unparse(text)}"
+            return f"`{kind}` is the type and `{name}` the text: write `{right}`."
     return ""
 
 

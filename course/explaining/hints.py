@@ -423,6 +423,12 @@ def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
     nodes = [*ast.walk(tree)]
     if any(isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert)) for node in nodes):
         return ""  # a single truth value is wanted here
+    for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
+        joined = node.left
+        if isinstance(joined, ast.BinOp) and isinstance(joined.op, (ast.BitAnd, ast.BitOr)):
+            sign = "&" if isinstance(joined.op, ast.BitAnd) else "|"
+            meant = ast.unparse(ast.Compare(joined.right, node.ops, node.comparators))
+            return f"`{sign}` comes before a comparison, so each comparison needs brackets: `{sign} ({meant})`."
     chained = any(isinstance(node, ast.Compare) and len(node.ops) > 1 for node in nodes)
     if not chained and not any(isinstance(node, ast.BoolOp) for node in nodes):
         return ""
@@ -910,6 +916,11 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
 NO_TEXT = r"^TypeError:?\s*$"  # raised by rclpy for an argument of the wrong type
 # Patterns for an error and the reader's line that caused it, with hints; tried before `KNOWN`.
 IN_A_LINE: tuple[tuple[str, str, str], ...] = (
+    (
+        r"only (?:0-dimensional|length-1|size-1) arrays can be converted",
+        r"\bmath\.\w+\(",
+        "A function of `math` takes one number. For an array, use that of NumPy, such as `np.degrees(...)`.",
+    ),
     (
         r"^IndexError",
         r"\[[^\]]*\+\s*1\]",

@@ -14,6 +14,7 @@ from course.explaining.source import (
     name_of,
     named,
     service_callbacks,
+    written_number,
 )
 
 MILLISECONDS = 1e6  # nanoseconds in one
@@ -29,6 +30,7 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _cancels_in_vain(tree)
     yield from _first_rounds(tree)
     yield from _new_locks(tree)
+    yield from _empty_slices(tree)
 
 
 def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -110,6 +112,22 @@ def _first_rounds(tree: ast.Module) -> Iterator[tuple[int, str]]:
                     f"each way through this loop ends with a `return`, so only the first of `{ast.unparse(loop.iter)}`"
                 )
                 yield loop.lineno, f"{why} is looked at. The `return` for after the last one stands below the loop."
+
+
+def _empty_slices(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the slices of a scan's ranges that should go on from the last beams to the first: `ranges[-25:25]`."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and name_of(node.value) == "ranges":
+            low, high = node.slice.lower, written_number(node.slice.upper)
+            last = (
+                written_number(low.operand) if isinstance(low, ast.UnaryOp) and isinstance(low.op, ast.USub) else None
+            )
+            if last and high is not None and not node.slice.step:
+                text, of = ast.unparse(node), ast.unparse(node.value)
+                why = (
+                    f"`{text}` is empty where there are {last + high:g} beams or more: a slice ends at the last of them"
+                )
+                yield node.lineno, f"{why}. The two parts are `{of}[-{last:g}:]` and `{of}[:{high:g}]`."
 
 
 def _new_locks(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -57,6 +57,7 @@ AT_ONCE = 2  # mutants that are tested at the same time
 PYTEST = ("-m", "pytest", "-q", "-x", "--tb=line", "-rfE", "--color=no", "-p", "no:cacheprovider")
 FAILED = re.compile(r"^(?:FAILED|ERROR) [^ :]+(?:::(\w+)\S*)?(?: - (.+))?", re.MULTILINE)
 ERROR = re.compile(r"^E +(.+)$", re.MULTILINE)
+CALLED = re.compile(r"Failed: Fixture \"(\w+)\" called dire")
 USUAL = 20.0  # s for a run; more means that the tests compute for long
 LOOK = 0.2  # s between two looks whether they loop
 HANGS = "does not end"
@@ -277,6 +278,8 @@ def _failing(name: str, source: str, tests: str, timeout: float) -> tuple[str, s
         return "", ""
     failed, error = FAILED.search(said), ERROR.search(said)
     why = error[1] if error else failed[2] if failed else ""
+    if fixture := CALLED.match(why or ""):
+        why = f"it calls the fixture '{fixture[1]}' like a function: name '{fixture[1]}' among its arguments"
     return (failed and failed[1]) or IMPORT, why or ""
 
 

@@ -152,9 +152,11 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
     try:
         output, status = _run_until(words, timeout, until) if until else _run_to_its_end(words, timeout, failed)
     except FileNotFoundError:
-        return command, "\nHint: ".join(filter(None, (f"{words[0]}: command not found", ros_1.command(command)))), 127
+        how = ros_1.command(command) or _by_python(command, words[0])
+        return command, "\nHint: ".join(filter(None, (f"{words[0]}: command not found", how))), 127
     except PermissionError:
-        return command, f"{words[0]}: permission denied", 126
+        how = _by_python(command, words[0])
+        return command, "\nHint: ".join(filter(None, (f"{words[0]}: permission denied", how))), 126
     if "can't open file" in output and (session := current()) and (why := session.elsewhere):
         output = f"{output.rstrip()}\nHint: {why}\n"
     if how := unparsed(output):
@@ -176,6 +178,12 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
 def _logging(output: str) -> set[str]:
     """Return the names of the nodes that have written lines of a log."""
     return {part for line in output.splitlines() for part in (node_of_line(line) or "").split(".") if part}
+
+
+def _by_python(command: str, word: str) -> str:
+    """Return the hint on a file of Python that a command line begins with; '' for another word."""
+    is_one = word.endswith(".py") and Path(word).is_file()
+    return f"Python runs this file: `python3 {command.strip()}`." if is_one else ""
 
 
 def _unread_parameter(words: list[str]) -> str:

@@ -126,5 +126,8 @@ def tell_near(name: str, known: Iterable[str]) -> None:
     near = difflib.get_close_matches(name, others, 1, NEAR)
     if not near and name.count("/") == 2 and not name.startswith("/"):  # a type of another package
         near = [each for each in others if each.partition("/")[2] == name.partition("/")[2]]
+    if not near and "/" not in name:  # a type without its package
+        near = [each for each in others if each.count("/") == 2 and each.endswith(f"/{name}")]
+        near = [" or ".join(sorted(near))] if near else []
     if near:
         print(f"Did you mean {one_line(near[0])}?", file=sys.stderr)

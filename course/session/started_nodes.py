@@ -396,6 +396,8 @@ class StartedNodes:
             why = self._owner.elsewhere or (
                 f"write ros.start('{meant}')" if meant else "run the cell that writes it, or check the name"
             )
+            if isinstance(vars(sys.modules["__main__"]).get(str(path)), type):
+                why = f"it is a class, so write ros.start({path}), without quotation marks"
             raise LiveError(f"there is no file {path}: {why}")
         for look in before_start:
             if line := look(path):

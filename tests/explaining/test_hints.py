@@ -70,6 +70,8 @@ NO_ATTRIBUTE = "AttributeError: 'Motors' object has no attribute 'stopped'"
 KEEPS = "class Motors:\n    def __init__(self):\n        {}\n    def stop(self):\n"
 BUILTIN = "'builtin_function_or_method'"
 AMBIGUOUS = "ValueError: The truth value of an array with more than one element is ambiguous. Use a.any() or a.all()"
+BITWISE = "TypeError: ufunc 'bitwise_and' not supported for the input types, and the inputs could not be safely"
+SCALARS = "TypeError: only 0-dimensional arrays can be converted to Python scalars"
 OVERRIDES = "RCLError: failed to initialize rcl: Couldn't parse parameter override rule:"
 INVALID = "RCLError: Failed to update goal state: goal_handle attempted invalid transition from state {} with event {}"
 
@@ -364,6 +366,13 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
         ),
         (NO_SUPPORT, "self.create_client('/add', Add)", "", "are in the wrong order"),
         (
+            NO_SUPPORT,
+            "self.create_service(srv_type='/add', srv_name=Add, callback=self.add)",
+            "",
+            "`srv_type` is the type and `srv_name` the text: write `srv_type=Add, srv_name='/add'`.",
+        ),
+        (NO_SUPPORT, "self.create_service(srv_type=Add, srv_name='/add', callback=self.add)", "", ""),
+        (
             NO_ATTRIBUTE,
             KEEPS.format("stopped = False") + "        pass",
             "",
@@ -421,6 +430,11 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
         ("AttributeError: type object 'GoalStatus' has no attribute 'SUCCEEDED'", "", "", "`STATUS_SUCCEEDED`?"),
         (AMBIGUOUS, "", "near = ranges[usable and low <= a]", "Arrays are combined with `&` and `|`"),
         (AMBIGUOUS, "", "near = ranges[low <= a <= high]", "Arrays are combined with `&` and `|`"),
+        (BITWISE, "", "near = (low <= a) & (a <= high) & ranges >= least", "needs brackets: `& (ranges >= least)`."),
+        (BITWISE, "", "near = usable | ranges == inf", "so each comparison needs brackets: `| (ranges == inf)`."),
+        (BITWISE, "", "near = ranges & usable", ""),
+        (SCALARS, "", "a = math.degrees(angles)", "use that of NumPy, such as `np.degrees(...)`."),
+        (SCALARS, "", "a = float(angles)", ""),
         (AMBIGUOUS, "", "if ranges < 0.5 and usable:", ""),
         (AMBIGUOUS, "", "return bool(ranges < 0.5)", ""),
         (

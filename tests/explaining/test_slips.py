@@ -847,3 +847,21 @@ def test_a_lock_that_each_call_makes_is_told(before, block, told):
     assert len(found) == told and all(each.startswith(says) for each in found), found
     once = text.replace("execute", "__init__")
     assert slips(f"{once}        {before}\n        {block}\n            self.move()\n") == []
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        ("scan.ranges[-25:25]", "`scan.ranges[-25:25]` is empty where there are 50 beams or more: a slice ends at the"),
+        ("scan.ranges[-25:25]", "The two parts are `scan.ranges[-25:]` and `scan.ranges[:25]`."),
+        ("ranges[-1:0]", "The two parts are `ranges[-1:]` and `ranges[:0]`."),
+        ("ranges[-25:]", ""),
+        ("ranges[-25:-5]", ""),
+        ("ranges[-25:25:-1]", ""),
+        ("ranges[low:high]", ""),
+        ("words[-2:2]", ""),
+    ],
+)  # fmt: skip
+def test_a_slice_of_ranges_that_is_empty_is_told(part, says):
+    told = "".join(slips(f"def nearest(scan):\n    return min({part})\n"))
+    assert says in told and bool(says) == bool(told), told

@@ -132,6 +132,14 @@ CORRECT = ". Find out which of the two is wrong, near.py or the test, and correc
             f"test_it fails for the unchanged near.py (ValueError: far){CORRECT}",
         ),
         (
+            "near = 1\n",
+            "import pytest, near\n@pytest.fixture\ndef calculate(): pass\ndef test_it_computes(): calculate(1)\n",
+            (
+                "test_it_computes fails for the unchanged near.py (it calls the fixture 'calculate' like a function: "
+                f"name 'calculate' among its arguments){CORRECT}"
+            ),
+        ),
+        (
             "def main():\n    input()\n\n\nmain()\n",
             "import near\ndef test_it(): pass\n",
             (

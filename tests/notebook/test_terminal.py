@@ -180,6 +180,16 @@ def test_a_line_that_cannot_be_run_is_a_line(tmp_path, command, said, number):
     assert said in output and len(output.splitlines()) == 1
 
 
+@pytest.mark.parametrize(("command", "number"), [("client.py 1 2", 127), ("./client.py 1 2", 126)])
+def test_a_file_of_python_as_a_command_is_told(tmp_path, monkeypatch, command, number):
+    monkeypatch.chdir(tmp_path)
+    ((_, output, _),) = terminal(command).runs
+    assert "Hint" not in output
+    (tmp_path / "client.py").write_text("")
+    ((_, output, status),) = terminal(command).runs
+    assert (status, output.splitlines()[1:]) == (number, [f"Hint: Python runs this file: `python3 {command}`."])
+
+
 def test_a_parameter_that_is_set_with_an_equals_sign(tmp_path):
     said = "Couldn't parse parameter override rule: '-p use_sim_time=true'. Error: Expected lexeme type (22) not found"
     output, _ = run(tmp_path, f"raise SystemExit({said!r})\n")

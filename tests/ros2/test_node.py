@@ -141,6 +141,12 @@ def test_info_of_an_unknown_node(ros2):
         ("run course add_two_ints_clent", "add_two_ints_client", "No executable found"),
         ("service call /a std_srv/srv/Trigger", "std_srvs/srv/Trigger", "The passed service type is invalid"),
         ("service call /a my_package/srv/Trigger", "std_srvs/srv/Trigger", "The passed service type is invalid"),
+        ("service call /a AddTwoInts", "example_interfaces/srv/AddTwoInts", "The passed service type is invalid"),
+        (
+            "action send_goal /a Fibonacci {}",
+            "course_interfaces/action/Fibonacci or example_interfaces/action/Fibonacci",
+            "The passed action type is invalid",
+        ),
         ("topic pub /a std_msgs/msg/Strin", "std_msgs/msg/String", "The passed message type is invalid"),
     ],
 )

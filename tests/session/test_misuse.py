@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -151,6 +152,12 @@ def test_a_file_without_its_ending_is_named_with_it(session, tmp_path):
     (tmp_path / "relay.py").write_text("")
     with pytest.raises(LiveError, match=r"write ros.start\('.*/relay.py'\)"):
         session.start(tmp_path / "relay")
+
+
+def test_a_class_in_quotation_marks_is_told(session, monkeypatch):
+    monkeypatch.setattr(sys.modules["__main__"], "Camera", Node, raising=False)
+    with pytest.raises(LiveError, match=r"Camera: it is a class, so write ros.start\(Camera\), without quotation"):
+        session.start("Camera")
 
 
 def test_a_file_of_another_folder_is_named_where_it_is(session, tmp_path, monkeypatch):
