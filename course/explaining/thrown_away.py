@@ -135,10 +135,6 @@ def _may_return(function: Function, statement: ast.stmt) -> bool:
 
 def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]]:
     """Yield the conversions of arguments that nothing keeps, where a request needs them: `float(a), float(b)`."""
-    made = [(node.targets[0], node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)]
-    sent = {name_of(value) for target, value in made if name_of(getattr(target, "value", None)) not in ("", "self")}
-    for call in (*calls(tree, "Request"), *calls(tree, "Goal")):
-        sent |= {name_of(each.value) for each in call.keywords}
     for node in (each for each in inside(function) if isinstance(each, ast.Expr)):
         value = node.value
         each_call = value.elts if isinstance(value, ast.Tuple) else [value]
@@ -147,11 +143,15 @@ def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]
         if not given or len(given) < len(each_call):
             continue
         others = [each for each in ast.walk(tree) if name_of(each) in OTHER_NUMBERS]
+        made = [(each.targets[0], each.value) for each in ast.walk(tree) if isinstance(each, ast.Assign)]
+        sent = {name_of(kept) for target, kept in made if name_of(getattr(target, "value", None)) not in ("", "self")}
+        for call in (*calls(tree, "Request"), *calls(tree, "Goal")):
+            sent |= {name_of(each.value) for each in call.keywords}
         names = [ast.unparse(each) for each in given]
         if len(others) == len(given) and sent.issuperset(names):
             text = ", ".join(map(ast.unparse, each_call))
-            kept = f"{', '.join(names)} = {text}"
-            yield node.lineno, f"`{text}` converts, and nothing keeps the result. Write `{kept}`."
+            how = f"{', '.join(names)} = {text}"
+            yield node.lineno, f"`{text}` converts, and nothing keeps the result. Write `{how}`."
 
 
 def _changed_in_place(function: Function, own: set[str]) -> Iterator[tuple[int, str]]:
