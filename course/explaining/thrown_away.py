@@ -148,7 +148,9 @@ def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]
         for call in (*calls(tree, "Request"), *calls(tree, "Goal")):
             sent |= {name_of(each.value) for each in call.keywords}
         names = [ast.unparse(each) for each in given]
-        if len(others) == len(given) and sent.issuperset(names):
+        later = {each.id for each in inside(function) if isinstance(each, ast.Name) and each.lineno >= node.lineno
+                 and isinstance(each.ctx, ast.Store)}  # fmt: skip
+        if len(others) == len(given) and sent.issuperset(names) and not later.intersection(names):
             text = ", ".join(map(ast.unparse, each_call))
             how = f"{', '.join(names)} = {text}"
             yield node.lineno, f"`{text}` converts, and nothing keeps the result. Write `{how}`."

@@ -110,6 +110,7 @@ def test_a_line_with_another_purpose_is_not_told(line):
         ("float(a)", "`float(a)` converts, and nothing keeps the result. Write `a = float(a)`."),
         ("float(a), float(b); request.a = float(a)", ""),
         ("float(a), float(b); request.a, request.b = map(float, (a, b))", ""),
+        ("float(a), float(b); a, b = 15.5, 3.2", ""),
         ("float(a), float(b), float(given)", ""),  # `given` is only looked at
     ],
 )
