@@ -275,7 +275,9 @@ def of_an_argument(attribute: str, kind: str, source: str) -> str:
 def _stored_in(attribute: str, function: Function) -> Iterator[str]:
     """Yield what a function stores in an attribute: the name of a variable, or '' for anything else."""
     for node in inside(function):
-        for target in node.targets if isinstance(node, ast.Assign) else ():
+        if not isinstance(node, ast.Assign):
+            continue
+        for target in node.targets:
             pairs = [(target, node.value)]
             if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
                 pairs = [*zip(target.elts, node.value.elts, strict=False)]

@@ -1716,8 +1716,8 @@ SENTENCES = [
         "lift_client.py",
         "            return 'REJECTED'\n        self.cancel_when_heard()\n",
         "            return 'REJECTED'\n",
-        "--cancel-after 0 cancels as soon as the goal is accepted: CANCELED must be in the last line, and the exit status "
-        "must not be 0; it is 0\nThe server of this cell sends no feedback before the cancel.",
+        "--cancel-after 0 cancels as soon as the goal is accepted: CANCELED must be in the last line, and the exit "
+        "status must not be 0; it is 0\nThe server of this cell sends no feedback before the cancel.",
     ),
     each_night(  # the run that the check compares with is the first to ask
         "calculator",
