@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from course import environment
 from course.errors import CallTimeout, CourseError, LiveError, NodeFailed
+from course.session.beginnings import begun
 
 if TYPE_CHECKING:
     from IPython.core.interactiveshell import InteractiveShell
@@ -25,20 +26,12 @@ def live() -> "Session":
 
     if (shell := _shell()) is not None:
         from course.notebook.extension import load_ipython_extension
-        from course.notebook.file_differences import difference_of
         from course.session.live import current
-        from course.session.started_nodes import before_start
 
         load_ipython_extension(shell)
-        before_start[:] = [difference_of]
         if current() is None:
             _tell_news()
-    made = session()
-    if shell is not None:
-        from course.lab.kernel.start import start
-
-        start()  # lets JupyterLab's panels show it
-    return made
+    return session()
 
 
 def check(name: str = "") -> None:
@@ -63,6 +56,18 @@ def progress() -> "Progress":
     return read()
 
 
+def _show_session() -> None:
+    """Let JupyterLab's panels show the session that has begun in a kernel; files are compared before they start."""
+    if _shell() is None:
+        return
+    from course.lab.kernel.start import start
+    from course.notebook.file_differences import difference_of
+    from course.session.started_nodes import before_start
+
+    before_start[:] = [difference_of]
+    start()
+
+
 def _tell_news() -> None:
     """Print a line if feedback in the exchange has not been read yet."""
     from pathlib import Path
@@ -77,3 +82,6 @@ def _shell() -> "InteractiveShell | None":
     """Return the running IPython shell, or None."""
     ipython = sys.modules.get("IPython")
     return ipython.get_ipython() if ipython else None
+
+
+begun.append(_show_session)

@@ -38,6 +38,7 @@ from course.ros.fast_dds import ignore_discovery
 from course.ros.onlooker import Onlooker
 from course.ros.rclpy_internals import action_name, watch_goals
 from course.ros.rclpy_patches import patch
+from course.session.beginnings import begun
 from course.session.calls import Calls
 from course.session.domains import domain_number, session_domain
 from course.session.following import LogFollower
@@ -573,4 +574,6 @@ def live() -> Session:
         for session in _current:
             session.close()
         _current[:] = [Session()]
+        for follow in begun:
+            follow()
     return _current[0]

@@ -1,4 +1,4 @@
-"""Starts answering pages and recording in a kernel, at its first `course.live()`."""
+"""Starts answering pages and recording in a kernel, as soon as its session has begun."""
 
 import contextlib
 import os
