@@ -135,6 +135,11 @@ def frames(canvas: Locator) -> int:
     return int(canvas.get_attribute("data-frames") or 0)
 
 
+def heading(facts: Locator) -> int:
+    """Return the robot's heading (degrees), as the view says it."""
+    return int(re.search(r"([-−]?\d+)°", facts.inner_text())[1].replace("−", "-"))
+
+
 def view_of(canvas: Locator) -> tuple[float, float, float]:
     """How the picture is shown: px in a metre, and where x = 0 and y = 0 are (px)."""
     scale, left, bottom = map(float, str(canvas.get_attribute("data-view")).split())
@@ -310,11 +315,14 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     cell(page, 0).locator(".cm-content").click()  # the key is still down, and is the notebook's now
     expect(speeds).to_contain_text("none any more: the robot has stopped")
     page.keyboard.up("ArrowUp")
-    view.get_by_role("button", name="Turn left").hover()
-    page.mouse.down()
-    expect(speeds).to_contain_text("turning left")
-    page.mouse.up()
-    expect(speeds).to_contain_text("none any more: the robot has stopped")
+    for way in ("left", "right"):  # the second one takes the focus from the first
+        view.get_by_role("button", name=f"Turn {way}").hover()
+        page.mouse.down()
+        expect(speeds).to_contain_text(f"turning {way}")
+        before = heading(speeds)
+        assert wait_until(lambda before=before: abs(heading(speeds) - before) > 20, WAIT / 1e3)  # it is still held
+        page.mouse.up()
+        expect(speeds).to_contain_text("none any more: the robot has stopped")
     whole = view_of(canvas)[0]
     view.get_by_role("button", name="Zoom in", exact=True).click()
     expect(view.get_by_text("Zoom in", exact=True).first).to_be_visible()  # `+` alone is the key for a faster world

@@ -3,6 +3,7 @@
 import * as React from 'react';
 
 export type Way = 'forward' | 'backward' | 'left' | 'right';
+type By = 'key' | 'pointer';
 
 const WAYS: { [way in Way]: { name: string; sign: string; linear: number; angular: number } } = {
   forward: { name: 'Drive forward', sign: '▲', linear: 1, angular: 0 },
@@ -35,30 +36,43 @@ export class Driver {
     return ARROWS[key];
   }
 
-  press(way: Way): void {
-    this._held.add(way);
+  press(way: Way, by: By = 'key'): void {
+    this._held[by].add(way);
     if (!this._busy) {
       void this._drive();
     }
   }
 
-  release(way: Way): void {
-    this._held.delete(way);
+  release(way: Way, by: By = 'key'): void {
+    this._held[by].delete(way);
+    this._wake();
+  }
+
+  /** Let go of the keys, whose release is not heard once the focus is elsewhere.
+   *
+   * A button that is pressed is not let go: pressing it takes the focus from the one before.
+   */
+  releaseKeys(): void {
+    this._held.key.clear();
     this._wake();
   }
 
   /** Let go of everything, and stop the robot at once. */
   stop(): void {
-    this._held.clear();
-    this._wake();
+    this._held.pointer.clear();
+    this.releaseKeys();
+  }
+
+  private get _ways(): Set<Way> {
+    return new Set([...this._held.key, ...this._held.pointer]);
   }
 
   private async _drive(): Promise<void> {
     this._busy = true;
     try {
       // One request at a time, or a stop could overtake the command before it.
-      while (this._held.size) {
-        const ways = [...this._held].map(way => WAYS[way]);
+      while (this._ways.size) {
+        const ways = [...this._ways].map(way => WAYS[way]);
         const sum = (of: 'linear' | 'angular') => ways.reduce((total, way) => total + way[of], 0);
         await this._send(this.speed * sum('linear'), TURN * this.speed * sum('angular'));
         await new Promise<void>(done => {
@@ -68,17 +82,17 @@ export class Driver {
       }
       await this._send(0, 0);
     } catch (error) {
-      this._held.clear();
+      this.stop();
       this._failed((error as Error).message);
     }
     this._busy = false;
-    if (this._held.size) {
+    if (this._ways.size) {
       void this._drive(); // a key was pressed while the stop was being sent
     }
   }
 
   private _busy = false;
-  private _held = new Set<Way>();
+  private _held = { key: new Set<Way>(), pointer: new Set<Way>() };
   private _wake = () => {};
 }
 
@@ -119,7 +133,7 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
       driver.stop();
     }
   }, [idle]);
-  const press = (way: Way) => (idle ? undefined : driver.press(way));
+  const press = (way: Way, by: By = 'key') => (idle ? undefined : driver.press(way, by));
   return (
     <div
       className="ros-Robot-pad"
@@ -139,7 +153,7 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
           driver.release(way);
         }
       }}
-      onBlur={() => driver.stop()}
+      onBlur={() => driver.releaseKeys()}
     >
       <div className="ros-Robot-arrows">
         {(Object.keys(WAYS) as Way[]).map(way => (
@@ -153,10 +167,10 @@ export function Pad({ driver, idle }: { driver: Driver; idle: string }): JSX.Ele
             onPointerDown={event => {
               if (event.button === 0) {
                 event.currentTarget.setPointerCapture(event.pointerId);
-                press(way);
+                press(way, 'pointer');
               }
             }}
-            onLostPointerCapture={() => driver.release(way)}
+            onLostPointerCapture={() => driver.release(way, 'pointer')}
             onContextMenu={event => event.preventDefault()}
             onKeyDown={event => {
               if (event.key === ' ' || event.key === 'Enter') {

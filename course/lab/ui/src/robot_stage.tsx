@@ -209,7 +209,7 @@ export function Stage(props: Props): JSX.Element {
           onPointerCancel={() => (ghost.current = pan.current = null)}
           onKeyDown={key}
           onKeyUp={letGo}
-          onBlur={() => props.driver.stop()}
+          onBlur={() => props.driver.releaseKeys()}
         />
       </div>
       <div className="ros-Robot-under">
