@@ -109,6 +109,7 @@ class World(Node):
         self._now = 0  # ns of simulated time
         self.received = 0  # commands since the start
         self._moved = 0.0, -math.inf  # the last move: s of simulated time, s of time.monotonic
+        self._shown = -math.inf  # s of time.monotonic, when the timer showed the world last
         self._own_executor: SingleThreadedExecutor | None = None
         self._controls: Controls | None = None
         self._barrier = Barrier(self, "cmd_vel", self._wait, self._wake)
@@ -189,6 +190,11 @@ class World(Node):
         return time.monotonic() - self._moved[1] < IDLE
 
     @property
+    def paused(self) -> bool:
+        """Return True while the world runs, but its simulated time stands still because its parameter says so."""
+        return self._controls is not None and self._controls.paused and time.monotonic() - self._shown < IDLE
+
+    @property
     def speed(self) -> float:
         """Return how fast simulated time passes, 1 in real time; unknown, and 1, in fast mode."""
         return self._controls.speed if self._controls else 1.0
@@ -212,6 +218,7 @@ class World(Node):
             if self._controls and not self._controls.paused:
                 self._move(self._controls.speed)
             self._show(self.get_clock().now().to_msg())
+        self._shown = time.monotonic()
 
     def _move(self, speed: float = 1.0) -> None:
         """Drive for one period by the last command; with another `speed`, the world's time passes so much faster."""

@@ -125,7 +125,7 @@ def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel
 
 
 def test_the_slope_of_a_position_is_the_speed_while_a_world_runs_four_times_as_fast(kernel, page):
-    """The time is the simulation's, and goes on with the wall clock after its end."""
+    """The time is the simulation's: in a pause it stands still, and after the world's end the wall clock goes on."""
     kernel.run(
         """from course.world.node import World
 from geometry_msgs.msg import Twist
@@ -145,6 +145,14 @@ timer = ros.node.create_timer(0.05, lambda: hand.publish(command))"""
     slope = (to_x - x) / (end - begin)
     heading = kernel.run("import math; print(math.cos(world.simulation.pose[2]))")
     assert slope / float(heading) == pytest.approx(0.2, rel=0.2)
+    kernel.run("from rclpy.parameter import Parameter\nworld.set_parameters([Parameter('paused', value=True)])")
+    while (paused := page.event()["data"]["clock"])["simulated"] and paused["rate"]:
+        pass
+    assert paused["simulated"]
+    points_of(page, 4)  # the last move is over
+    paused = page.event()["data"]["clock"]
+    points_of(page, 4)
+    assert page.event()["data"]["clock"] == paused
     kernel.run("timer.cancel(); ros.node.destroy_publisher(hand); ros.stop()")
     while (told := page.event()["data"]["clock"])["simulated"]:
         pass

@@ -1,6 +1,7 @@
-"""The plot's clock: it follows the simulation while a world of this kernel simulates, otherwise the wall clock.
+"""The plot's clock: it follows the simulation while a world of this kernel runs, otherwise the wall clock.
 
-A world may run faster or slower than real time.  Over its own time, the slope of a position is the speed.
+A world may run faster or slower than real time.  Over its own time, the slope of a position is the speed.  While a
+world is paused, the clock stands still.
 """
 
 import threading
@@ -18,7 +19,7 @@ class PlotClock:
         """Begin now."""
         self._lock = threading.Lock()
         self._id = time.time_ns()
-        self._world: weakref.ReferenceType[World] | None = None  # the one that simulates
+        self._world: weakref.ReferenceType[World] | None = None  # the one that it follows
         self._at = time.time()  # s since 1970, when the last change between world and wall clock was seen
         self._from = time.monotonic()  # s of the world's time, or of time.monotonic, at that change
         self._last = self._at
@@ -30,7 +31,7 @@ class PlotClock:
             if world or not self._world:
                 self._last = self._at + (world.elapsed if world else time.monotonic()) - self._from
             present = latest()
-            if present is not None and not present.simulates:
+            if present is not None and not (present.simulates or present.paused):
                 present = None
             if present is not world or (self._world and not world):
                 self._world = weakref.ref(present) if present else None
@@ -43,7 +44,7 @@ class PlotClock:
         `id` differs between the clocks of two kernels, which do not agree.
         """
         now, world = self.now(), self._world() if self._world else None
-        rate = world.speed if world else 1.0
+        rate = (0.0 if world.paused else world.speed) if world else 1.0
         return {"id": str(self._id), "now": round(now, 3), "rate": rate, "simulated": world is not None}
 
 
