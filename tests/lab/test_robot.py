@@ -193,6 +193,16 @@ def test_a_drive_that_is_over_at_once_is_shown_with_its_path(kernel, page):
     assert places[0][:2] == pytest.approx(ROOMS["pillars"].start[:2], abs=0.01)
     assert all(0.04 < math.dist(one[:2], other[:2]) < 0.2 for one, other in itertools.pairwise(places))
     assert [at for *_, at in places] == sorted({at for *_, at in places})  # s of the world's time
+    page.close()  # it is loaded again, when the world publishes nothing any more
+    kernel.run(
+        "from course.lab.kernel import robot_listener\n"
+        "ros.until(lambda: not robot_listener._listener and not world.node.simulates, 30)"
+    )
+    again = page_of(kernel)
+    again.subscribe("robot")
+    known = shown_until(again, lambda known: (known.get("path") or {}).get("places"))
+    assert known["robot"]["pose"][:2] == pytest.approx(last, abs=0.01)
+    again.close()
 
 
 def test_all_that_is_shown_of_a_drive_in_fast_mode_is_of_one_moment(kernel, page):
@@ -354,9 +364,10 @@ def test_a_scan_is_drawn_where_it_was_seen_from_while_the_robot_turns(kernel, pa
     assert known["robot"]["moves"][1] == pytest.approx(Robot().max_angular)
     seen = []
     while len(seen) < 25:
-        scan = page.event()["data"].get("scan")
-        if scan:
+        data = page.event()["data"]
+        if scan := data.get("scan"):
             x, y, heading = scan["from"]  # known of each: the page leaves out a scan without it
+            assert data["robot"]["pose"] == scan["from"], "robot and laser are of one moment"
             beams = [
                 (heading + scan["first"] + scan["step"] * n, r / 100) for n, r in enumerate(scan["ranges"]) if r > 0
             ]
@@ -507,7 +518,7 @@ DRIVEN_BY = {
     "a node": ("ros.start('driver.py')", "/my_driver drives now", "ros.stop('driver.py')"),
     "a cell": (
         COMMANDS_OF_A_CELL,
-        "a cell of the notebook drives now",
+        "A cell of the notebook drives now",
         "ros.node.destroy_timer(often)\nros.node.destroy_publisher(mine)",
     ),
 }
@@ -519,7 +530,7 @@ def test_the_pad_says_who_drives_and_keeps_out_of_it(kernel, page, who):
     page.subscribe("robot")
     kernel.run(f"ros.start(World)\n{begin}")
     known = shown_until(page, lambda known: told in known.get("idle", "") and (known.get("nodes") or {}).get("drives"))
-    assert known["nodes"]["drives"] == [told.removesuffix(" drives now")]
+    assert known["nodes"]["drives"] == [told.removesuffix(" drives now").replace("A ", "a ")]
     assert told in page.ask("robot.drive", linear=0.3, angular=0.0)["error"]
     kernel.run(end)
     shown_until(page, lambda known: known.get("idle") == "")
@@ -538,7 +549,7 @@ def test_what_the_inspector_publishes_drives_until_it_has_ended(kernel, page):
                 known.update(event["data"])
 
     follow(lambda: known.get("idle") and (known.get("nodes") or {}).get("drives"))
-    assert known["idle"] == "the Inspector drives now. Stop it to drive yourself."
+    assert known["idle"] == "The Inspector drives now. Stop it to drive yourself."
     assert known["nodes"]["drives"] == ["the Inspector"]
     assert page.ask("inspector.cancel", number=number)["result"] is None
     follow(lambda: known["idle"] == "" and known["nodes"]["drives"] == [] and not known.get("silent"))

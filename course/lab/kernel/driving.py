@@ -40,6 +40,7 @@ def reason(listener: RobotListener) -> str:
     if listener.commanders and not listener.silent:
         *some, last = listener.commanders
         names = f"{', '.join(some)} and {last}" if some else last
+        names = names[0].upper() + names[1:]
         return f"{names} drive{'s' * (not some)} now. Stop {'it' if not some else 'them'} to drive yourself."
     if listener.fast_world():
         return "This world is in fast mode: it waits for its driver. Start one in real time to drive yourself."

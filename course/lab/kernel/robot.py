@@ -1,6 +1,7 @@
 """The robot view: its data, and its actions on a world that runs in real time."""
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,18 @@ from course.foundation.waiting import wait_until
 from course.lab.kernel.driving import reason
 from course.lab.kernel.nodes import session
 from course.lab.kernel.panels import Panels, Topic
-from course.lab.kernel.robot_listener import RobotListener, close_listener, listener_in_use, open_listener
+from course.lab.kernel.robot_listener import (
+    AHEAD,
+    RobotListener,
+    close_listener,
+    listener_in_use,
+    open_listener,
+    placed,
+)
 from course.world.geometry import Floats
 from course.world.node import World
 from course.world.rooms import ROOMS
-from course.world.simulation import OBSTACLE, Robot, in_the_way, no_room
+from course.world.simulation import OBSTACLE, Robot, Simulation, in_the_way, no_room
 
 FOUND = 5.0  # s that the world may take to be discovered, and to react to a command
 NEAR = 0.3  # m from the place where the robot was put, because it may drive on
@@ -56,6 +64,8 @@ class RobotFeed:
         self._sent: dict[str, Any] = {}
         self._walls: object = self
         self._path = _Path()
+        self._scanned = -math.inf  # s of time.monotonic, when the last scan came
+        self._rests: Simulation | None = None  # in which the robot was told to stand, without an odometry
 
     def read(self) -> dict[str, Any] | None:
         """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes` and the hand.
@@ -69,7 +79,7 @@ class RobotFeed:
         listener.look()
         world = listener.own_world()
         fast = world is not None and world.fast
-        news = self._measured(listener, fast=fast)
+        news = self._measured(listener, world if fast else None)
         silent = list(listener.silent)
         states = {
             "command": listener.command(),
@@ -96,21 +106,33 @@ class RobotFeed:
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None
 
-    def _measured(self, listener: RobotListener, *, fast: bool) -> dict[str, Any]:
-        """Return the news of `scan` and `robot`.
+    def _measured(self, listener: RobotListener, fast: World | None) -> dict[str, Any]:
+        """Return the news of `scan` and `robot`; `fast` is the world if it is in fast mode.
 
-        In `fast` mode both are of the moment of the scan: the robot drives some metres while its messages come.
+        Both are of the moment of the scan: until its messages have come the robot drives on, in fast mode some metres.
+        Without scans the robot is where the odometry says.
         """
         news: dict[str, Any] = {}
         counts = {"scan": listener.count["/scan"], "robot": listener.count["/odom"]}
         new = [name for name, count in counts.items() if self._sent.get(name, 0) != count]
+        if "scan" in new:
+            self._scanned = time.monotonic()
         if "scan" in new or (fast and new):
             news["scan"] = listener.scan()
-        if "robot" in new or (fast and new):
-            news["robot"] = listener.robot()
-        if fast and news.get("robot"):
             place = (news["scan"] or {}).get("from")
-            news["robot"] |= {"fast": True, "pose": place or news["robot"]["pose"]}
+            robot = (listener.robot() if fast or "robot" in new else None) or {}
+            if place:
+                robot["pose"] = place
+            if robot:
+                news["robot"] = robot | ({"fast": True} if fast else {})
+        elif new and time.monotonic() - self._scanned > AHEAD:
+            news["robot"] = listener.robot()
+        else:
+            counts["robot"] = self._sent.get("robot", 0)  # it comes with the scan
+        if fast and not counts["robot"] and not fast.simulates and fast.simulation is not self._rests:
+            # It publishes only while it drives.
+            self._rests = fast.simulation
+            news["robot"] = {"pose": placed(*fast.simulation.pose), "moves": None, "fast": True}
         self._sent |= counts
         return news
 

@@ -376,7 +376,7 @@ def _between(before: list[float], after: list[float], share: float) -> list[floa
     """Return a pose interpolated between two."""
     (x, y, heading), (to_x, to_y, to_heading) = before, after
     turn = math.remainder(to_heading - heading, 2.0 * math.pi)
-    return _told(x + share * (to_x - x), y + share * (to_y - y), heading + share * turn)
+    return placed(x + share * (to_x - x), y + share * (to_y - y), heading + share * turn)
 
 
 def _moved_on(pose: list[float], odometry: bytes, seconds: float) -> list[float] | None:
@@ -386,7 +386,7 @@ def _moved_on(pose: list[float], odometry: bytes, seconds: float) -> list[float]
     if not math.isfinite(linear) or not math.isfinite(angular):
         return pose
     x, y, heading = pose
-    return _told(*advance((x, y, heading), linear, angular, seconds))
+    return placed(*advance((x, y, heading), linear, angular, seconds))
 
 
 def _pose(odometry: bytes) -> list[float] | None:
@@ -395,10 +395,10 @@ def _pose(odometry: bytes) -> list[float] | None:
     pose = read.pose.pose
     turn = pose.orientation
     heading = math.atan2(2.0 * (turn.w * turn.z + turn.x * turn.y), 1.0 - 2.0 * (turn.y * turn.y + turn.z * turn.z))
-    return _told(pose.position.x, pose.position.y, heading)
+    return placed(pose.position.x, pose.position.y, heading)
 
 
-def _told(x: float, y: float, heading: float) -> list[float] | None:
+def placed(x: float, y: float, heading: float) -> list[float] | None:
     """Return a pose for the page: x m, y m, heading rad; None where no robot can be."""
     if not (_is_near(x) and _is_near(y) and math.isfinite(heading)):
         return None
