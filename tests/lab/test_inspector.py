@@ -327,6 +327,7 @@ def test_a_rate_has_bounds_and_ends_with_the_page_and_with_the_next_message(kern
     while (event := seen.event())["id"] != subscription or event["data"]["state"] == "running":
         pass
     number = seen.ask("inspector.send", **TWIST, given={}, rate="50")["result"]
+    page.subscribe("inspector.exchange", number=number, onlooker=True)  # a graph, which does not keep it
     seen.close()  # as when the browser's tab is closed
     kernel.run(f"from course.lab.kernel.exchange import find\nstopped = ros.until(lambda: find({number!r}).over, 30)")
     assert kernel.run("print(stopped)") == "True"

@@ -88,13 +88,14 @@ class Exchange:
             self._note = text
 
     def follow(self, by: int) -> None:
-        """Change the number of pages that show it by `by`."""
+        """Change the number of Inspectors that show it by `by`."""
         with self._lock:
             self._followers += by
-            self._left = time.monotonic()
+            if by:
+                self._left = time.monotonic()
 
     def is_shown(self, within: float) -> bool:
-        """Return True if a page shows it, or has shown it within the last `within` s."""
+        """Return True if an Inspector shows it, or has shown it within the last `within` s."""
         with self._lock:
             return self._followers > 0 or time.monotonic() - self._left < within
 
@@ -157,16 +158,17 @@ class Exchange:
 
 
 class Followed(Changes):
-    """A feed of an exchange, which marks the exchange as shown."""
+    """A feed of an exchange, which marks the exchange as shown; with `onlooker`, as a graph is, it does not."""
 
-    def __init__(self, number: str):
+    def __init__(self, number: str, onlooker: bool = False):
         self._exchange = find(number)
         super().__init__(self._exchange.state)
-        self._exchange.follow(1)
+        self._counts = not onlooker
+        self._exchange.follow(self._counts)
 
     def close(self) -> None:
         """Note that the page no longer shows it."""
-        self._exchange.follow(-1)
+        self._exchange.follow(-self._counts)
 
 
 class _Serialized:

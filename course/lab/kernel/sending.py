@@ -28,7 +28,7 @@ from course.session.offered import may_act
 MATCH = 2.0  # s that a new publisher may take to match the topic's subscriptions
 RECEIVED = 10.0  # s; Fast DDS asks every 3 s for a lost acknowledgement
 RATES = (0.1, 100.0)  # Hz
-UNSEEN = 2.0  # s that a repeated publication may be unseen, as while one panel replaces another
+UNSEEN = 0.5  # s that a repeated publication may be unseen, as while one part of the Inspector replaces another
 NOTED = 0.5  # s between two notes on the number of messages
 LOOK = 0.25  # s between two checks that an action server is still there
 GONE = 2.0  # s that it may be missing from the graph
@@ -84,8 +84,8 @@ def publish(
 
     `line` is the command that does the same, from which the page sees whether its form has changed since.
 
-    A repeated publication ends when it is stopped, no page shows it any more, another message is published on the topic
-    from here, or the session ends.
+    A repeated publication ends when it is stopped, no Inspector shows it any more, another message is published on the
+    topic from here, or the session ends.
     """
     about = "It goes on while the Inspector is open. To change it, publish again." if rate else ""
     exchange = keep(Exchange("topic", name, interface.name, about=about, line=line))
