@@ -238,6 +238,36 @@ def test_a_goal_is_canceled_and_each_step_of_that_is_told(kernel, page):
     assert "it has ended" in page.ask("inspector.cancel", number=state["number"])["error"]
 
 
+LATE = """import pathlib, time, rclpy
+while not pathlib.Path('go').exists():
+    time.sleep(0.05)
+rclpy.init()
+rclpy.spin(rclpy.create_node('late'))
+"""
+
+
+def test_a_program_is_offered_once_its_node_is_there(kernel, page):
+    """Before that its row has the name of the file, of which no parameter could be set."""
+    (kernel.folder / "late.py").write_text(LATE)
+    nodes, offers = page.subscribe("nodes"), page.subscribe("inspector")
+    kernel.client.execute("ros.start('late.py')")
+    offered: set[str] = set()
+
+    def follow(condition):
+        while True:
+            event = page.event()
+            if event["id"] == offers:
+                offered.update(name for name, _ in event["data"]["parameter"])
+            if condition(event["id"], event["data"]):
+                return
+
+    follow(lambda number, data: number == nodes and "late.py" in [node["name"] for node in data["nodes"]])
+    (kernel.folder / "go").touch()
+    follow(lambda *_: "/late" in offered)
+    assert "late.py" not in offered
+    kernel.run("ros.stop('late.py')")
+
+
 def test_a_page_that_is_loaded_again_finds_the_running_goal_and_cancels_it(kernel, page):
     fibonacci = {"kind": "action", "name": "/fibonacci"}
     assert page.ask("inspector.latest")["result"] is None  # nothing runs

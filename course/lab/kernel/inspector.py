@@ -59,7 +59,7 @@ def offers() -> dict[str, Any]:
     if (live := current()) is None:
         return {kind: [] for kind in (*forms.LOADERS, PARAMETER)} | {"several": {}}
     count = live.node.count_services
-    nodes = Counter(row.name for row in live.rows() if row.alive)
+    nodes = Counter(row.name for row in live.rows() if row.alive and row.name.startswith("/"))  # not yet: its file's
     services = _of_interest([each for each in live.node.get_service_names_and_types() if count(each[0])])
     actions = _of_interest([each for each in get_action_names_and_types(live.node) if count(f"{each[0]}{SEND}")])
     several = {f"service {name}": _servers(live, name) for name, _ in services if count(name) > 1}
