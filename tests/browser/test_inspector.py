@@ -215,6 +215,13 @@ class Many(Node):
 ros.start(Many)"""
 
 
+# Where lines begin and end, to the nearest 10 px of the page.
+ENDS = """all => all.map(line => [0, line.getTotalLength()].map(at => {
+  const { x, y } = line.getPointAtLength(at).matrixTransform(line.getScreenCTM());
+  return `${Math.round(x / 10)} ${Math.round(y / 10)}`;
+}))"""
+
+
 def check_a_graph_of_many_boxes(page) -> None:
     """It can be read in the panel, and has a tab."""
     page.set_viewport_size({"width": 1280, "height": 800})
@@ -225,6 +232,8 @@ def check_a_graph_of_many_boxes(page) -> None:
     assert min(each.bounding_box()["height"] for each in names.all()) > 9  # px
     picture = panel.get_by_role("group", name=re.compile("Nodes: 1"))
     assert picture.bounding_box()["width"] <= panel.bounding_box()["width"]
+    lines = picture.locator(".ros-Graph-edge").evaluate_all(ENDS)
+    assert not {begin for begin, _ in lines} & {end for _, end in lines}, "a line would have a head at both ends"
     panel.get_by_role("button", name="Open as a tab").click()
     tab = page.locator("#ros2-course-graph-tab")
     expect(tab.locator(".ros-Graph-box text")).to_have_count(9)
@@ -369,7 +378,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel.get_by_label("What to do").select_option("Set a parameter")
     apart = panel.get_by_role("group", name="Published on /cmd_vel")
     expect(apart).to_contain_text(goes_on)
-    page.wait_for_timeout(2500)  # a publication may be unseen for 2 s
+    page.wait_for_timeout(2500)  # a publication may be unseen for 0.5 s
     expect(apart).to_contain_text(goes_on)
     keep_picture(page, "inspector-repeats")
     assert barriers(page, "#ros2-course-inspector") == []
@@ -385,7 +394,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     panel.get_by_role("button", name="Publish", exact=True).click()
     expect(passed.get_by_role("button", name="Stop")).to_be_visible()
     show_panel(page, "Nodes")
-    page.wait_for_timeout(4000)  # a panel is hidden for good after 1 s, and a publication may be unseen for 2 s
+    page.wait_for_timeout(2000)  # a publication may be unseen for 0.5 s
     expect(show_panel(page, "Inspector").get_by_role("region", name="Timeline")).to_contain_text("last message")
     expect(passed).to_contain_text("It has ended: another panel or another notebook came to the front")
     expect(passed).not_to_contain_text("It goes on while")

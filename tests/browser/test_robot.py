@@ -353,7 +353,7 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     with page.expect_download() as table:
         plot.get_by_role("button", name="Save as CSV").click()
     head, *rows = table.value.path().read_text().splitlines()
-    assert head == '"time (s), of a world while it runs","/odom twist.twist.linear.x"'
+    assert head == '"world time since the plot began (s)","/odom twist.twist.linear.x"'
     assert -1.0 < float(rows[0].split(",")[0]) < 5.0  # it begins with the plot
     assert {0.0, 0.3} <= {round(float(row.split(",")[1]), 3) for row in rows}
     with page.expect_download() as picture:

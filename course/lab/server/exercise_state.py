@@ -35,7 +35,8 @@ class Reset(Beside):
     """POST {"path": the notebook's, "cell": the cell's name, "file": its file's name, "text": its present text}.
 
     The answer is {"stub": the text as released, "copy": the file that keeps the present text, or "" if that is the
-    same}, or {"error": "..."}.
+    same, "written": whether there is such a file}, or {"error": "..."}.  With "look": true nothing is done, and the
+    answer is {"same": whether the present text is the released one}, or {"error": "..."}.
     """
 
     @web.authenticated
@@ -48,6 +49,9 @@ class Reset(Beside):
         notebook = self.notebook(body["path"])
         try:
             stub = stubs.stub_of(notebook, cell)
+            if body.get("look"):
+                self.finish({"same": text == stub})
+                return
             kept = None
             if text != stub:
                 kept = stubs.keep_copy(notebook.parent, file, text.encode(errors="replace"), "before-reset")
@@ -58,7 +62,8 @@ class Reset(Beside):
         else:
             released = cells.exercise_file([cells.Cell("code", stub)], file) or b""
             file_record.note_reset(notebook.parent / file, released)
-            self.finish({"stub": stub, "copy": kept.name if kept else ""})
+            written = (notebook.parent / file).exists()
+            self.finish({"stub": stub, "copy": kept.name if kept else "", "written": written})
 
 
 def _state(notebook: Path, raw: Any) -> dict[str, Any]:

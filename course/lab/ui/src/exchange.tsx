@@ -38,17 +38,18 @@ const RESULTS = new Set(['succeeded', 'canceled', 'aborted']); // the events tha
 interface View {
   link: Link;
   number: string;
+  onlooker?: boolean; // true if a repeated publication ends although this shows it
   remark?: (exchange: Exchange) => React.ReactNode; // drawn below the buttons
 }
 
-export function ExchangeView({ link, number, remark }: View): JSX.Element {
+export function ExchangeView({ link, number, onlooker = false, remark }: View): JSX.Element {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
   const [failed, setFailed] = React.useState('');
   const [listed, setListed] = React.useState<boolean | null>(null); // the messages; null before there are any
   useTopic(
     link,
     'inspector.exchange',
-    { number },
+    { number, onlooker },
     (found: Exchange) => {
       setExchange(found);
       // It stays as the reader has it when more come, and for the next exchange.

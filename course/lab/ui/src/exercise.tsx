@@ -1,7 +1,7 @@
 // The exercise panel: checks, points, hints by grade, what was edited since its last run, reset, hand in.
 
 import { Dialog, showDialog, showErrorMessage } from '@jupyterlab/apputils';
-import { Cell, ICellModel } from '@jupyterlab/cells';
+import { Cell, ICellModel, ICodeCellModel } from '@jupyterlab/cells';
 import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { Contents } from '@jupyterlab/services';
 import { checkIcon } from '@jupyterlab/ui-components';
@@ -335,6 +335,9 @@ async function runAll(panel: NotebookPanel, names: string[]): Promise<void> {
   sessionContext.statusChanged.connect(look);
   try {
     for (const cell of notebook.widgets.filter(widget => names.includes(nameOf(widget.model)))) {
+      if (names.length === 1) {
+        notebook.activeCellIndex = notebook.widgets.indexOf(cell); // JupyterLab scrolls to the active one
+      }
       const well = await NotebookActions.runCells(notebook, [cell], sessionContext);
       if (restarted || (!well && wasInterrupted(cell))) {
         return;
@@ -357,27 +360,43 @@ async function show(panel: NotebookPanel, name: string): Promise<void> {
 /** Reset the cell of a file to its released text; the present text is kept in a file. */
 async function reset(panel: NotebookPanel, file: File): Promise<void> {
   const cell = panel.content.widgets.find(widget => nameOf(widget.model) === file.cell);
-  const sure = await showDialog({
-    title: `Reset ${file.name}?`,
-    body: 'Its cell becomes what it was when you were given it. What you have written is kept in a file beside it.',
-    buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })],
-    defaultButton: 0
-  });
-  if (!cell || !sure.button.accept) {
+  if (!cell) {
     return;
   }
-  try {
+  const ask = async (look: boolean) => {
     const text = cell.model.sharedModel.getSource();
-    const body = { path: panel.context.path, cell: file.cell, file: file.name, text };
+    const body = { path: panel.context.path, cell: file.cell, file: file.name, text, look };
     const answer = await (await post('exercise/reset', body)).json();
     if (answer.error) {
       throw new Error(answer.error);
     }
+    return answer;
+  };
+  try {
+    if ((await ask(true)).same) {
+      await showDialog({
+        title: `Nothing to reset in ${file.name}`,
+        body: 'Its cell is as you were given it.',
+        buttons: [Dialog.okButton({ label: 'Close' })]
+      });
+      return;
+    }
+    const sure = await showDialog({
+      title: `Reset ${file.name}?`,
+      body: 'Its cell becomes what it was when you were given it. What you have written is kept in a file beside it.',
+      buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })],
+      defaultButton: 0
+    });
+    if (!sure.button.accept) {
+      return;
+    }
+    const answer = await ask(false);
     cell.model.sharedModel.setSource(answer.stub);
+    (cell.model as ICodeCellModel).clearExecution(); // what came of the old text
     const kept = answer.copy ? `What you had written is in ${answer.copy}.` : 'Its cell had this text already.';
     await showDialog({
       title: `${file.name} was reset`,
-      body: `${kept} The file itself stays as it is until you run the cell.`,
+      body: `${kept}${answer.written ? ' The file itself stays as it is until you run the cell.' : ''}`,
       buttons: [Dialog.okButton({ label: 'Close' })]
     });
   } catch (error) {

@@ -7,6 +7,7 @@ import * as React from 'react';
 
 import { Current } from './current';
 import { ExchangeView } from './exchange';
+import { linesBeside } from './graph_column';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
@@ -199,21 +200,19 @@ function said(box: Box, graph: Graph): string {
   return `${box.kind} ${box.name}${twins ? `, ${twins} of this name` : ''}${about.length ? `: ${about.join(', ')}` : ''}`;
 }
 
-/** Return the picture as a column of boxes, in the order of another one from top to bottom; the edges are bows. */
+/** Return the picture as a column of boxes, in the order of another one from top to bottom; the lines run beside it. */
 function column(graph: Graph): Drawn {
   const { boxes, edges } = drawn(graph, true);
   const sorted = [...boxes].sort((one, other) => one.y - other.y || one.x - other.x);
-  const place = new Map(sorted.map(({ id }, index) => [id, index]));
   const placed = sorted.map((box, index) => ({ ...box, x: 6 + box.width / 2, y: 6 + HEIGHT / 2 + index * (HEIGHT + 12) }));
-  const bow = (from: number, to: number) => Math.min(64, 16 + 6 * Math.abs(from - to));
-  const bows = edges.map(edge => {
-    const [from, to] = [edge.from, edge.to].map(id => placed[place.get(id)!]);
-    const [left, right] = [from, to].map(box => (box.x + box.width / 2).toFixed(1));
-    const out = Math.max(Number(left), Number(right)) + bow(place.get(edge.from)!, place.get(edge.to)!);
-    return { ...edge, path: `M${left} ${from.y}C${out} ${from.y} ${out} ${to.y} ${right} ${to.y}` };
-  });
-  const width = Math.max(...placed.map(box => 12 + box.width)) + 54;
-  return { boxes: placed, edges: bows, width, height: 12 + placed.length * (HEIGHT + 12) - 12 };
+  const { paths, reach } = linesBeside(edges, placed);
+  const width = Math.max(reach, ...placed.map(box => 6 + box.width)) + 6;
+  return {
+    boxes: placed,
+    edges: edges.map((edge, index) => ({ ...edge, path: paths[index] })),
+    width,
+    height: 12 + placed.length * (HEIGHT + 12) - 12
+  };
 }
 
 /** Return a picture that can be read in a frame of this width (px): the usual one, a turned one, or else a column. */
@@ -430,7 +429,7 @@ function Flows({ link }: { link: Link }): JSX.Element {
               Only the last ones of each name and sender are listed: older calls and goals are left out.
             </p>
           )}
-          <ExchangeView key={one.number} link={link} number={one.number} />
+          <ExchangeView key={one.number} link={link} number={one.number} onlooker={true} />
         </>
       )}
     </section>

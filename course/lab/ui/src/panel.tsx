@@ -5,6 +5,7 @@ import { Cell } from '@jupyterlab/cells';
 import { NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { LabIcon } from '@jupyterlab/ui-components';
 import { Message } from '@lumino/messaging';
+import { Widget } from '@lumino/widgets';
 import * as React from 'react';
 
 import { Current, isConnecting } from './current';
@@ -111,7 +112,14 @@ export abstract class SidePanel extends ReactWidget {
 
   protected onBeforeHide(message: Message): void {
     window.clearTimeout(this._hiding);
-    this._hiding = window.setTimeout(() => this._see(false), HIDDEN);
+    // At once, unless it is JupyterLab that hides everything: which it is, is known after this message.
+    this._hiding = window.setTimeout(() => {
+      if (isPutAway(this)) {
+        this._see(false);
+      } else {
+        this._hiding = window.setTimeout(() => this._see(false), HIDDEN);
+      }
+    }, 0);
     super.onBeforeHide(message);
   }
 
@@ -135,6 +143,11 @@ export abstract class SidePanel extends ReactWidget {
 
   private _hiding = 0;
   private _seen = false;
+}
+
+/** Return true if a widget, or a part of JupyterLab that holds it, is hidden, and not JupyterLab as a whole. */
+function isPutAway(widget: Widget): boolean {
+  return widget.parent !== null && (widget.isHidden || isPutAway(widget.parent));
 }
 
 /** Draw again whenever the notebook, its kernel or the link changes. */

@@ -7,7 +7,7 @@ import * as React from 'react';
 import { Current } from './current';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
-import { add, Clock, colourOf, csv, draw, Frame, heard, nameOf, nowOf, Series, timeName, unitOf, valueAt } from './plot_series';
+import { add, Clock, colourOf, csv, draw, Frame, freePlace, heard, nameOf, nowOf, Series, timeName, unitOf, valueAt } from './plot_series';
 
 export const plotIcon = new LabIcon({
   name: 'ros2-course:plot',
@@ -87,7 +87,11 @@ function keep(memory: Memory): void {
 function kept(): Memory | null {
   try {
     const found = JSON.parse(sessionStorage.getItem(PLOT_VIEW) ?? 'null');
-    return found && Array.isArray(found.series) ? { clock: null, simulated: false, ...found } : null;
+    if (!found || !Array.isArray(found.series)) {
+      return null;
+    }
+    found.series.forEach((each: Series, place: number) => (each.place ??= place));
+    return { clock: null, simulated: false, ...found };
   } catch {
     return null;
   }
@@ -102,6 +106,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
   const paused = memory.until !== null;
   const path = current.panel?.context.path ?? '';
   useEvery(NUMBERS, redraw);
+  React.useEffect(() => setFailed(''), [link, link?.state]); // what was said was of another session
   useDrawing(canvas, memory);
   const change = (changed: Partial<Memory>) => {
     Object.assign(memory, changed);
@@ -130,7 +135,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
             setFailed('');
             if (!memory.series.some(each => each.topic === topic && each.field === field)) {
               const first = !memory.series.length && { began: nowOf(null), clock: null, simulated: false };
-              const made = { topic, field, unit: unitOf(type, field), from: path, times: [], values: [] };
+              const made = { topic, field, unit: unitOf(type, field), place: freePlace(memory.series), from: path, times: [], values: [] };
               change({ ...first, series: [...memory.series, made] });
             }
           }}
@@ -144,12 +149,11 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
       {memory.series.length > 0 && (
         <>
           <ul className="ros-Plot-series" aria-label="The numbers in the plot">
-            {memory.series.map((each, place) => (
+            {memory.series.map(each => (
               <Row
                 key={nameOf(each)}
                 link={message === null ? link : null}
                 series={each}
-                place={place}
                 value={valueAt(each, until)}
                 paused={paused}
                 away={each.from && each.from !== path ? each.from.split('/').pop()! : ''}
@@ -343,7 +347,6 @@ function Choice(props: {
 function Row(props: {
   link: Link | null;
   series: Series;
-  place: number;
   value: number | null | undefined;
   paused: boolean;
   away: string; // the notebook from which it was chosen, if another one is in front
@@ -379,7 +382,7 @@ function Row(props: {
   const note = (says && props.away ? `From ${props.away}, which is not in front now.` : says) || (!came && 'Nothing has come yet.') || (silent > OLD && `Nothing has come for ${Math.round(silent)} s.`);
   return (
     <li>
-      <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(props.place)})` }} aria-hidden="true" />
+      <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(series.place)})` }} aria-hidden="true" />
       <code>{nameOf(series)}</code>
       <output>
         {told(value)}

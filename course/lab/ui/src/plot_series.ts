@@ -6,6 +6,7 @@ export interface Series {
   topic: string;
   field: string;
   unit: string; // '' if unknown
+  place: number; // of its colour, which it keeps when others go
   from: string; // the path of the notebook that was in front when it was chosen
   times: number[]; // s, by the plot's clock
   values: Value[];
@@ -42,11 +43,11 @@ export function heard(before: Clock | null, told: { id: string; now: number; rat
 
 /** Return the name of the time axis. */
 export function timeName(simulated: boolean): string {
-  return simulated ? 'time (s), of a world while it runs' : 'wall clock (s)';
+  return `${simulated ? 'world time' : 'time'} since the plot began (s)`;
 }
 
 const MOST = 20000; // values of a series
-const MARGIN = { left: 62, right: 12, top: 10, bottom: 26 }; // px
+const MARGIN = { left: 62, right: 12, top: 10, bottom: 42 }; // px
 const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
 const NAMES = ['front', 'beam', 'left', 'body', 'right', 'ink'];
 
@@ -69,7 +70,13 @@ export function unitOf(type: string, field: string): string {
   return accelerates ? '' : (UNITS.find(([pattern]) => pattern.test(field))?.[1] ?? '');
 }
 
-/** Return the colour of a series, by its index in the list, as a variable of the theme. */
+/** Return the first place of a colour that none of these series has. */
+export function freePlace(all: Series[]): number {
+  const taken = new Set(all.map(({ place }) => place));
+  return [...all.keys(), all.length].find(place => !taken.has(place))!;
+}
+
+/** Return the colour of a series, by its place, as a variable of the theme. */
 export function colourOf(place: number): string {
   return `--ros-robot-${NAMES[place % NAMES.length]}`;
 }
@@ -191,19 +198,16 @@ export function draw(
     context.lineTo(right, py(value));
   }
   context.textAlign = 'center';
-  const step = stepOf(frame.until - frame.from, (right - MARGIN.left) / 80);
+  const step = stepOf(frame.until - frame.from, (right - MARGIN.left) / 55);
   for (const number of wholeNumbers((frame.from - began) / step, (frame.until - began) / step)) {
     const time = began + number * step;
     const text = (number * step).toFixed(step < 1 ? 1 : 0).replace('-', '−');
-    if (px(time) < right - context.measureText(name).width - 16) {
-      context.fillText(text, px(time), height - 10);
-    }
+    context.fillText(text, px(time), bottom + 12);
     context.moveTo(px(time), top);
     context.lineTo(px(time), bottom);
   }
   context.stroke();
-  context.textAlign = 'right';
-  context.fillText(name, right, height - 10);
+  context.fillText(name, (MARGIN.left + right) / 2, height - 11); // below the numbers
   const units = new Set(all.map(each => each.unit));
   if (units.size === 1) {
     context.save();
@@ -215,13 +219,13 @@ export function draw(
   }
   context.strokeStyle = ink;
   context.strokeRect(MARGIN.left, top, right - MARGIN.left, bottom - top);
-  all.forEach((series, place) => {
-    context.strokeStyle = context.fillStyle = colour(colourOf(place));
+  all.forEach((series, row) => {
+    context.strokeStyle = context.fillStyle = colour(colourOf(series.place));
     context.lineWidth = 2;
-    context.setLineDash(DASHES[Math.floor(place / NAMES.length) % DASHES.length]);
+    context.setLineDash(DASHES[Math.floor(series.place / NAMES.length) % DASHES.length]);
     if (legend) {
       context.textAlign = 'left';
-      context.fillText(`▬ ${nameOf(series)}`, MARGIN.left, MARGIN.top + 18 * place + 6);
+      context.fillText(`▬ ${nameOf(series)}`, MARGIN.left, MARGIN.top + 18 * row + 6);
     }
     context.save();
     context.beginPath();

@@ -196,7 +196,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         <h2 className="ros-hidden">Robot</h2>
         {message === null && (
           <span className="ros-quiet">
-            {state.room.name && `room: ${state.room.name}`}
+            {sees.length > 0 && state.room.name && `room: ${state.room.name}`}
           </span>
         )}
         {message === null && !failed && sees.length > 0 && world && (

@@ -103,8 +103,10 @@ export function draw(
   const scan = state.scan;
   // A scan is drawn where it was seen from.  If that is unknown it is left out, unless nothing tells where the robot is.
   const from: Pose | null = scan && (scan.from ?? (pose ? null : [0, 0, 0]));
-  if (from && pose && !dim) {
-    sectors(context, state, from, view, colour);
+  // The robot is drawn on its way to where it scanned last: what is fixed to it goes with it.
+  const carried = from && pose && from.every((value, part) => value === state.pose?.[part]) ? pose : from;
+  if (carried && pose && !dim) {
+    sectors(context, state, carried, view, colour);
   }
   trail(context, state.trail, px, py, colour.trail);
   lines(context, state.room.walls, px, py, colour.ink);
@@ -114,16 +116,16 @@ export function draw(
   for (const [x, y] of state.collisions.places) {
     cross(context, px(x), py(y), colour.hit);
   }
-  if (scan && from && !dim) {
-    firstBeam(context, from, scan.first, view, colour);
+  if (scan && carried && !dim) {
+    firstBeam(context, carried, scan.first, view, colour);
   }
   if (pose) {
     robot(context, px(pose[0]), py(pose[1]), pose[2], view.scale * RADIUS, colour);
   } else if (scan) {
     robot(context, px(0), py(0), 0, view.scale * RADIUS, colour);
   }
-  if (from && !dim) {
-    origin(context, from, view, colour);
+  if (carried && !dim) {
+    origin(context, carried, view, colour);
   }
   if (ghost) {
     context.setLineDash([4, 3]);

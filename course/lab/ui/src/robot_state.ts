@@ -66,8 +66,10 @@ export class RobotState {
     }
     if (data.robot) {
       this.fast = data.robot.fast === true;
-      this.moves = data.robot.moves;
-      this.movesAt = now;
+      if (data.robot.moves !== undefined) {
+        this.moves = data.robot.moves;
+        this.movesAt = now;
+      }
       this._arrive(data.robot.pose, now);
     }
     if (data.scan) {
