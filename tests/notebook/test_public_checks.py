@@ -746,7 +746,7 @@ PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
             await self.client.call_async(AddTwoInts.Request())
 """
 GIVES_UP = """        future, given_up = self.client.call_async(AddTwoInts.Request(a=a, b=b)), rclpy.task.Future()
-        timer = self.create_timer(4.0, given_up.cancel, callback_group=self.client.callback_group)
+        timer = self.create_timer(3.8, given_up.cancel, callback_group=self.client.callback_group)
         future.add_done_callback(lambda future: given_up.set_result(future.result()))
         answer = await given_up
         self.destroy_timer(timer)
