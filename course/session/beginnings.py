@@ -1,4 +1,4 @@
-"""What is done whenever a kernel's session has begun: by the first cell, an `%%exercise` or a check."""
+"""Calls that are made whenever a kernel's session has begun: by the first cell, an `%%exercise` or a check."""
 
 from collections.abc import Callable
 
