@@ -50,7 +50,7 @@ def runs(bench: Bench) -> ClientRuns:
     bench.hide(noise)
     answering = Counterpart(bench, result=result, success=True, message=word(9))
     refusing = Counterpart(bench, result=-rng.randrange(1000, 9000) - 0.5, success=False, message=reason)
-    refusing_unknown = Counterpart(bench, result=refusing.response.result, success=False, message=reason)
+    refusing_unknown = Counterpart(bench, result=refusing.response.result, success=False, message=reason.strip())
     wrongly = Counterpart(bench, result=refusing.response.result, success=False, message=reason)  # that nobody may call
     zero = Counterpart(bench, result=0.0, success=True, message=word(9))
     infinite = Counterpart(bench, result=math.inf, success=True, message=word(9))

@@ -598,15 +598,15 @@ def test_client_shows_message(runs: ClientRuns) -> None:
             f"refuses, and the client shows its message. {call.what_it_did}",
             call.run.output,
         )
-    message = call.response.message
-    expect_message(call, message, "with a server that refuses", "")
+    expect_message(call, "with a server that refuses", "")
     if runs.refused_unknown.reached:  # that it calls, another test judges
         doing = "with a server that refuses an operation that only the server knows"
-        expect_message(runs.refused_unknown, message, doing, ", also when an operation is refused that is no division")
+        expect_message(runs.refused_unknown, doing, ", also when an operation is refused that is no division")
 
 
-def expect_message(call: Call, message: str, doing: str, also: str) -> None:
+def expect_message(call: Call, doing: str, also: str) -> None:
     """The client shows the message of a refusal."""
+    message = call.response.message
     ways = message, message.replace("\n", "\\n")  # a client may print it in quotes, or the whole response
     if not call.comes_to(lambda: any(way in call.run.output for way in ways)):
         output = call.run.finish(doing).output
@@ -621,6 +621,8 @@ def how_differs(message: str, output: str) -> str:
     """Return how the output differs from a message that it has almost, as a sentence for the student; else nothing."""
     if any(way in output for way in (message.strip(), message.strip().replace("\n", "\\n"))):
         return " It has the message, but for the blanks at its begin or at its end."
+    if message.strip().rstrip(".") in output:
+        return " It has the message, but for the dots at its end."
     first, second = (line.strip() for line in message.splitlines())
     if first in output and second[:20] not in output:
         return " It has only the first line of the message."
@@ -628,7 +630,7 @@ def how_differs(message: str, output: str) -> str:
         return " It has the words of the message, with other blanks or line ends between them."
     for codec, letters in (("ASCII", "é and ж"), ("Latin-1", "ж")):
         ways = [message.encode(codec, how).decode(codec) for how in ("backslashreplace", "replace", "ignore")]
-        if any(way in output for way in (*ways, json.dumps(message)[1:-1])):
+        if any(way in output for way in (*ways, json.dumps(message)[1:-1], ascii(message)[1:-1])):
             return f" It has the message, but for the letters outside of {codec} (such as {letters})."
     return ""
 
