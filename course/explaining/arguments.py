@@ -16,6 +16,7 @@ from course.explaining.mixups import line_tree
 from course.explaining.source import (
     Function,
     argument,
+    assigned,
     calls,
     functions,
     inside,
@@ -275,10 +276,5 @@ def of_an_argument(attribute: str, kind: str, source: str) -> str:
 def _stored_in(attribute: str, function: Function) -> Iterator[str]:
     """Yield what a function stores in an attribute: the name of a variable, or '' for anything else."""
     for node in inside(function):
-        if not isinstance(node, ast.Assign):
-            continue
-        for target in node.targets:
-            pairs = [(target, node.value)]
-            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-                pairs = [*zip(target.elts, node.value.elts, strict=False)]
-            yield from (getattr(value, "id", "") for each, value in pairs if ast.unparse(each) == attribute)
+        pairs = assigned(node) if isinstance(node, ast.Assign) else ()
+        yield from (getattr(value, "id", "") for each, value in pairs if ast.unparse(each) == attribute)

@@ -4,7 +4,7 @@ import ast
 import re
 from collections.abc import Iterator
 
-from course.explaining.source import calls, functions, inside, name_of, written_number
+from course.explaining.source import assigned, calls, functions, inside, name_of, signed_number
 
 LIMIT = re.compile(r"\boutput_(min|max)\b")
 LIMITED = re.compile(r"angular|effort|output|speed|turn")  # names of values that go no way around
@@ -21,7 +21,7 @@ def exchanged_limits(tree: ast.Module) -> Iterator[tuple[int, str]]:
             if isinstance(node, ast.If) and len(node.body) == 1:
                 yield from _set_to_the_other(node.test, node.body[0], known)
     for call in (each for name in OTHER for each in calls(tree, name)):
-        yield from _always_one_number(call)
+        yield from _always_onesigned_number(call)
 
 
 def _named_limits(function: ast.AST) -> dict[str, set[str]]:
@@ -29,12 +29,8 @@ def _named_limits(function: ast.AST) -> dict[str, set[str]]:
     nodes = [*inside(function)]
     found: dict[str, list[set[str]]] = {}
     for node in (each for each in nodes if isinstance(each, ast.Assign)):
-        for target in node.targets:
-            pairs = [(target, node.value)]
-            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-                pairs = [*zip(target.elts, node.value.elts, strict=False)]
-            for name, value in pairs:
-                found.setdefault(ast.unparse(name), []).append(_limits(value, {}))
+        for name, value in assigned(node):
+            found.setdefault(ast.unparse(name), []).append(_limits(value, {}))
     stored = [node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
     held = {name: kinds[0] for name, kinds in found.items() if stored.count(name) == len(kinds)}
     return {name: one for name, one in held.items() if len(one) == 1 and all(each == one for each in found[name])}
@@ -72,7 +68,7 @@ def _set_to_the_other(test: ast.expr, body: ast.stmt, known: dict[str, set[str]]
     ):
         if ast.unparse(value) != target or not (is_above or is_below) or len(body.targets) > 1:
             continue
-        number, new = _number(limit), _number(body.value)
+        number, new = signed_number(limit), signed_number(body.value)
         if number is not None and new is not None:
             mirrored = new == -number and (new < number if is_above else new > number)
             exchanged = mirrored and LIMITED.search(target.lower()) is not None
@@ -86,24 +82,18 @@ def _set_to_the_other(test: ast.expr, body: ast.stmt, known: dict[str, set[str]]
             yield body.lineno, f"{text} `{target} = {ast.unparse(limit)}`."
 
 
-def _always_one_number(call: ast.Call) -> Iterator[tuple[int, str]]:
+def _always_onesigned_number(call: ast.Call) -> Iterator[tuple[int, str]]:
     """Yield `min(-0.5, max(0.5, ...))`, which is -0.5 whatever stands there."""
     outer, inner = name_of(call.func), next((each for each in call.args if isinstance(each, ast.Call)), None)
     if inner is None or name_of(inner.func) != OTHER[outer] or len(call.args) != 2 or len(inner.args) != 2:
         return
-    numbers = [next((each for each in map(_number, node.args) if each is not None), None) for node in (call, inner)]
+    numbers = [
+        next((each for each in map(signed_number, node.args) if each is not None), None) for node in (call, inner)
+    ]
     first, second = numbers
     if first is None or second is None or not (first < second if outer == "min" else first > second):
         return
     low, high = sorted((first, second))
-    free = next((ast.unparse(each) for each in inner.args if _number(each) is None), "...")
+    free = next((ast.unparse(each) for each in inner.args if signed_number(each) is None), "...")
     text = f"`{ast.unparse(call)}` is always {first:g}: the two limits are exchanged. Write"
     yield call.lineno, f"{text} `max({low:g}, min({high:g}, {free}))`."
-
-
-def _number(node: ast.expr) -> float | None:
-    """Return a number that is written out, also a negative one; None for anything else."""
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        number = written_number(node.operand)
-        return None if number is None else -number
-    return written_number(node)

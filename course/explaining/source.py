@@ -148,6 +148,23 @@ def written_number(node: ast.expr | None) -> float | None:
         return None
 
 
+def signed_number(node: ast.expr | None) -> float | None:
+    """Return a number that is written out, perhaps with a sign; None as for `written_number`."""
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
+        number = written_number(node.operand)
+        return -number if number is not None and isinstance(node.op, ast.USub) else number
+    return written_number(node)
+
+
+def assigned(node: ast.Assign) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield each target of an assignment with its value: of `a, b = 1, 2` two, of `a, b = pair` the target as it is."""
+    for target in node.targets:
+        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+            yield from zip(target.elts, node.value.elts, strict=False)
+        else:
+            yield target, node.value
+
+
 def last_parameter(function: ast.FunctionDef | ast.AsyncFunctionDef) -> str:
     """Return the name of a function's last parameter, as of the response of a service callback; '' without any."""
     return function.args.args[-1].arg if function.args.args else ""

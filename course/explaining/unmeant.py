@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from course.explaining.source import (
     CALLBACKS,
     argument,
+    assigned,
     calls,
     functions,
     functions_of,
@@ -222,12 +223,9 @@ def _made(value: ast.expr, cls: ast.ClassDef) -> ast.expr:
 
 
 def _pairs(node: ast.Assign) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield each target of an assignment with its value, also those of `a, b = 1, 2`."""
-    for target in node.targets:
-        if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
-            yield from zip(target.elts, node.value.elts, strict=False)
-        else:
-            yield from ((each, node.value) for each in getattr(target, "elts", [target]))
+    """Yield each variable of an assignment with its value, or with the one that is unpacked: `a, b = pair`."""
+    for target, value in assigned(node):
+        yield from ((each, value) for each in getattr(target, "elts", [target]))
 
 
 def _is_now(value: ast.AST) -> bool:

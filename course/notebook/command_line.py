@@ -11,6 +11,7 @@ from course.explaining.outline import EXITS, uncalled_main
 from course.explaining.source import calls, functions, inside, name_of, parse
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
+LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")  # methods that change a word's letters
 NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
 
 
@@ -112,9 +113,6 @@ def _in_other_letters(tree: ast.Module, output: str) -> tuple[int, str, str] | N
                 if word != printed and texts.count(word) == 1 and printed in texts and isinstance(word, str):
                     return node.lineno, word, str(printed)
     return None
-
-
-LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")
 
 
 def zero_is_false(file: str, option: str) -> str:

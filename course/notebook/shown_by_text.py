@@ -22,6 +22,7 @@ from course.explaining.source import (
     parameter_callbacks,
     parse,
     service_callbacks,
+    signed_number,
 )
 from course.explaining.unmeant import NOW
 from course.explaining.unread import only_none
@@ -109,14 +110,14 @@ def _by_the_last_angle(file: str) -> str:
 
 RIGHT = {-80, -40}
 TURNS = re.compile(r"%|remainder|fmod|atan2|arctan2|unwrap|360|pi\b|tau|while|\bcos|\bsin")
+TURNING = {"remainder", "fmod", "mod", "divmod", "atan2", "arctan2", "unwrap", "where", "cos", "sin"}  # functions
 MIRRORS = re.compile(r"-\s*(?:\w+\.)?(?:angle|deg|theta|scan\.angle)")
 
 
 def _number(node: ast.expr) -> float:
     """Return a number that is written out; NaN for anything else."""
-    negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
-    value = getattr(node.operand if isinstance(node, ast.UnaryOp) else node, "value", None)
-    return (-value if negative else value) if isinstance(value, (int, float)) else math.nan
+    number = signed_number(node)
+    return math.nan if number is None else number
 
 
 def _of_the_sectors(file: str) -> str:
@@ -157,7 +158,7 @@ def _never_negative(tree: ast.Module) -> int:
     """Return the line that brings angles to 0 to 360 degrees, if nothing else in the program may turn them; or 0."""
     rests = [node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod)]
     called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    if len(rests) != 1 or called & TURN:
+    if len(rests) != 1 or called & TURNING:
         return 0
     circle = {*ast.walk(rests[0].right)}
     if not any(_is_of_a_circle(node) for node in circle):
@@ -171,9 +172,6 @@ def _never_negative(tree: ast.Module) -> int:
 def _is_of_a_circle(node: ast.AST) -> bool:
     """Return True for pi, and for numbers of degrees that may turn an angle."""
     return name_of(node) in ("pi", "tau") or getattr(node, "value", None) in (180, 270, 280, 320, 360)
-
-
-TURN = {"remainder", "fmod", "mod", "divmod", "atan2", "arctan2", "unwrap", "where", "cos", "sin"}
 
 
 def _kept_nothing(file: str) -> str:
