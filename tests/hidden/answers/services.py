@@ -1023,7 +1023,7 @@ WRONG = {
         {"changed_parameters"},
     ),
     "relay blocks its one thread": (relay(*BLOCK), SERVED | {"goes_on_afterwards"}),
-    "relay blocks each of its threads": (relay(*BLOCK, *THREADED), {"several_callers"}),
+    "relay blocks each of its threads": (relay(*BLOCK, *THREADED), {"several_callers", "goes_on_serving"}),
     "relay awaits in the default group": (relay(GROUP), SERVED | {"goes_on_afterwards"}),
     "relay awaits, only the client in a group of its own": (
         relay(("self.relay, callback_group=group", "self.relay")),

@@ -667,7 +667,7 @@ WRONG = {
                 ),
             ),
         ),
-        {"each_answer_stands_alone"},
+        {"each_answer_stands_alone", "survives_bad_requests"},
     ),
     "ends after 5 s without a request": (
         server(
