@@ -332,7 +332,7 @@ def expect_clamped_on_one_side(pid: PidNode, rng: random.Random, kp: float) -> N
 
 def expect_clamped_integral(pid: PidNode, sign: int) -> None:
     """The integral part is clamped with the rest, and not by itself; what is asked is measured in the same node."""
-    kp, ki = 100.0, 50.0
+    kp, ki = 96.0, 48.0
     begin_integral(pid, sign * 1.0, ki=ki, kp=kp)
     time.sleep(SHORT)
     pid.send(sign * 1.0)
@@ -370,7 +370,7 @@ def expect_clamped_integral(pid: PidNode, sign: int) -> None:
 
 def expect_clamped_sum(pid: PidNode, sign: int) -> None:
     """The derivative part is not clamped by itself: it is larger than the others, however long the step."""
-    kp, kd, before, error = 4.0, 10.0, 1000.0, 1.0
+    kp, kd, before, error = 4.0, 9.6, 1000.0, 1.0
     # The effort of the message before is not clamped: a node that does not keep such a message is judged elsewhere.
     pid.arrange(kp=kp, kd=kd, output_min=-FAR, output_max=FAR)
     last = pid.send(sign * before)
