@@ -5,9 +5,11 @@ A file that is missing is taken from the `%%exercise` cell of the notebook that 
 """
 
 import contextlib
+import io
 import os
 import re
 import stat
+import tokenize
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -24,6 +26,9 @@ MAX_TIME_BYTES = 200  # of TIMESTAMP; a time has some 30
 A_TIME = re.compile(r"(\d{4}-\d\d-\d\d)[ T](\d\d:\d\d(?::\d\d(?:\.\d{1,6})?)?) ?(UTC|Z|[+-]\d\d:?\d\d)?", re.ASCII)
 EARLIEST = datetime(2024, 5, 23, tzinfo=UTC)  # the release of ROS 2 Jazzy: an earlier time is not believed
 EARLY = timedelta(days=1)  # by which a clock may be wrong: a time further in the future is not believed
+# ASCII characters, and sequences of them that stand for others in some encodings of Python's.
+PROBE = bytes(sorted({*range(9, 127)} - {ord("\\")}))
+PROBE += rb" \n \012 \x0a \u000a \N{LINE FEED} +AAo- ~{!!~} xn--a-b " + b"\x1b$B!!\x1b(B \x0e!!\x0f"
 
 
 def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> Submission:
@@ -49,15 +54,15 @@ def read(folder: Path, student: str, assignment: str, wanted: Iterable[str]) -> 
         folders = [text_of(name) for name, is_folder in present.items() if is_folder and name[0] not in "._"]
         for name in wanted:
             try:
-                files[name] = _read_file(name, inside)
-            except FileNotFoundError:
-                content = exercise_file(_cells(f"{assignment}.ipynb", inside), name)
-                if content is None or len(content) > MAX_BYTES:
+                content, from_cell = _file_or_cell(name, assignment, inside)
+                if content is None:
                     missing.append(_missing(name, present))
-                else:
-                    files[name] = content
-                    if STUB.encode() in content:
-                        stubs.append(name)
+                    continue
+                if name.endswith(".py"):
+                    _expect_readable(name, content)
+                if from_cell and STUB.encode() in content:
+                    stubs.append(name)
+                files[name] = content
             except RefusedFile as error:
                 problems.append(str(error))
             except OSError as error:
@@ -151,6 +156,15 @@ def _cells(name: str, inside: int) -> list[Cell]:
         return []
 
 
+def _file_or_cell(name: str, assignment: str, inside: int) -> tuple[bytes | None, bool]:
+    """Return the content of a file, or else of its cell, None if there is neither; and whether it is from the cell."""
+    try:
+        return _read_file(name, inside), False
+    except FileNotFoundError:
+        content = exercise_file(_cells(f"{assignment}.ipynb", inside), name)
+        return (None if content is None or len(content) > MAX_BYTES else content), True
+
+
 def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
     """Return the bytes of the regular file `name`; raises RefusedFile, in words for the student, for anything else."""
     kind = os.stat(name, dir_fd=inside, follow_symlinks=False).st_mode
@@ -169,6 +183,25 @@ def _read_file(name: str, inside: int, limit: int = MAX_BYTES) -> bytes:
     if len(content) > limit:
         raise RefusedFile(f"{name} is larger than {limit / 1e6:.0f} MB: hand in only the program's text.")
     return content
+
+
+def _expect_readable(name: str, content: bytes) -> None:
+    """Raise RefusedFile for a program in an encoding where ASCII characters stand for others.
+
+    In raw_unicode_escape, a comment can hold statements: what a person or another tool reads is not what runs.
+    """
+    try:
+        encoding, _ = tokenize.detect_encoding(io.BytesIO(content).readline)  # PEP 263
+        same = PROBE.decode(encoding) == PROBE.decode()
+    except UnicodeError:
+        same = False
+    except (SyntaxError, LookupError):
+        return  # Python does not read it either
+    if not same:
+        raise RefusedFile(
+            f"{name} is in the encoding {encoding}, in which Python reads other text than is shown: take away its "
+            "`coding` line and save it as UTF-8."
+        )
 
 
 def _missing(name: str, present: Iterable[str]) -> str:

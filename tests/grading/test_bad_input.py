@@ -123,6 +123,35 @@ def test_a_picture_in_markdown_is_not_fetched():
     assert "see !" in shown
 
 
+@pytest.mark.parametrize("encoding", ["raw_unicode_escape", "unicode-escape", "utf-7", "punycode", "iso2022_jp", "hz"])
+@pytest.mark.parametrize("place", [0, 1])
+def test_an_encoding_in_which_a_comment_can_hold_statements(handed_in, encoding, place):
+    """Python runs what nobody sees, and no copy of it is found."""
+    lines = ["#!/usr/bin/env python3"] * place + [f"# vim: fileencoding={encoding} :", r"# Hello \u000aprint('hidden')"]
+    (handed_in / SERVER).write_text("\n".join(lines))
+    assert f"{SERVER} is in the encoding {encoding}, in which" in problems(handed_in)
+
+
+def test_a_cell_s_file_in_such_an_encoding(handed_in):
+    (handed_in / SERVER).unlink()
+    source = f"%%exercise {SERVER}\n# coding: utf-7\npass\n"
+    cell = {"cell_type": "code", "source": source, "metadata": {}, "outputs": [], "execution_count": None}
+    (handed_in / "calculator.ipynb").write_text(json.dumps({"cells": [cell], "nbformat": 4, "metadata": {}}))
+    assert "in the encoding utf-7" in problems(handed_in)
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "cp1252", "utf-8-sig", "cp932", "gb18030", "koi8_r", "mac_roman"])
+def test_an_encoding_that_an_editor_saves_in_is_read(handed_in, encoding):
+    content = f"# coding: {encoding}\npass\n".encode(encoding)
+    (handed_in / SERVER).write_bytes(content)
+    assert reading.read(handed_in, "student", "calculator", FILES).files[SERVER] == content
+
+
+def test_a_coding_that_python_refuses_is_the_program_s_own_mistake(handed_in):
+    (handed_in / SERVER).write_bytes(b"# coding: rot13\nz = '\xff'\n")
+    assert reading.read(handed_in, "student", "calculator", FILES).problems == []
+
+
 @pytest.mark.parametrize("target", ["/etc/passwd", "../../../nothing", "calculator_client.py"])
 def test_link(handed_in, target):
     (handed_in / SERVER).unlink()
