@@ -30,7 +30,9 @@ INTERNAL = {
     *("__getattribute__", "__globals__", "__import__", "__loader__", "__self__", "__spec__", "__wrapped__"),
     *("CodeType", "FunctionType", "co_code", "co_consts", "cr_code", "f_back", "f_builtins", "f_code", "f_globals"),
     *("f_locals", "gi_code", "tb_frame"),
+    *("BaseConfigurator", "DictConfigurator", "dictConfig", "modules"),  # logging's find a function by its name
 }
+LONGEST, VARIED = 120, 20  # characters of a word in a text, and different ones among them: more are a packed text
 FEW = 10  # statements in texts: an example, and not a program
 ROS = "rclpy"
 
@@ -62,10 +64,14 @@ def may_hide(nodes: Sequence[ast.AST], size: int) -> bool:
     texts = [node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     if sum(_statements(text) for text in texts) > FEW or any(map(_evaluates, _annotations(nodes))):
         return True
-    if any(_calls(inner) and _reaches(inner) for inner in map(parsed, texts)):
+    if any(_calls(inner) and _reaches(inner) for inner in map(parsed, texts)) or any(map(_is_packed, texts)):
         return True
     simple = [node for node in nodes if isinstance(node, ast.stmt) and not hasattr(node, "body")]
     return sum(_literals(node) for node in simple if not _is_docstring(node)) > size
+
+
+def _is_packed(text: str) -> bool:
+    return any(len(word) > LONGEST and len(set(word)) > VARIED for word in text.split())
 
 
 def _reaches(nodes: Sequence[ast.AST]) -> bool:

@@ -78,7 +78,7 @@ def newest(folder: Path, assignment: str = "") -> tuple[Path, Feedback] | None:
 def place_of(feedback: Feedback, start: Path) -> Path:
     """Return the exercise's folder: `start` or one in it; raises FeedbackError."""
     name = feedback.assignment
-    if re.fullmatch(r"\w+", name):  # a page may contain anything
+    if re.fullmatch(r"\w{1,60}", name):  # a page may contain anything, also a name that no folder can have
         for folder in (start, start / name, start / "notebooks" / name, start.parent / name):
             if (folder / f"{name}.ipynb").exists():
                 return folder

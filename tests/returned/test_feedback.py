@@ -243,7 +243,7 @@ def test_a_page_of_a_later_form_says_so():
         Feedback.from_text(FOUND.to_text().replace('"format": 1', '"format": 2'))
 
 
-@pytest.mark.parametrize("name", ["../../services", "/etc", "", "..", "nothing"])
+@pytest.mark.parametrize("name", ["../../services", "/etc", "", "..", "nothing", "n" * 300, "\u4e00" * 99])
 def test_a_page_cannot_choose_where_it_is_put(folder, tmp_path, name):
     (tmp_path / "came.html").write_bytes(page(Feedback("ada", name, "Services", "graded", 1.0, 1.0)))
     before = sorted(tmp_path.rglob("*"))

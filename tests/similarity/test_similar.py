@@ -245,12 +245,20 @@ UNSEEN = {  # what evaluates a text without a word that says so
     "other instructions": "Shown.add.__code__ = Shown.add.__code__.replace(co_code=note)\n",
     "another loader": "import rclpy\ntype(rclpy.__spec__.loader)('m', 'x.py').load_module()\n",
     "a namespace": "import rclpy\nvars(rclpy)['__loader__'].load_module()\n",
+    "the loaded modules": "import sys\nvars(sys.modules['built' + 'ins'])['ex' + 'ec'](note)\n",
+    "logging": "import logging.config as a\na.BaseConfigurator({}).resolve('built' + 'ins.ex' + 'ec')(note)\n",
+    "a packed text": f"note = '{base64.b85encode(bytes(range(99))).decode()}'\nrun(note)\n",
 }
 
 
 @pytest.mark.parametrize("way", UNSEEN.values(), ids=UNSEEN)
 def test_what_evaluates_a_text_is_named_wherever_the_text_is(known, way):
     assert named_beside_the_reference(known, SHOWN + way) == ["bob (calculator_server.py)"]
+
+
+def test_a_long_word_of_few_letters_is_a_line(known):
+    lines = f"{SHOWN * 4}print('{'=-' * 70}')\n"
+    assert named_beside_the_reference(known, lines) == []
 
 
 PLACES = ['"""{}"""\n', '"""A note."""\nnote = """{}"""\n', 'class Note:\n    """{}"""\n']
