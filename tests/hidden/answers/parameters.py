@@ -1745,7 +1745,7 @@ WRONG = {
     ),
     "no slope in a step below 10 ms": (
         node(("if step > 0.0", "if step > 0.01")),
-        {"derivative", "launch_values_are_used"},
+        {"derivative"},
     ),
     "a step of a second at most": (
         node(("self.integral += error * step", "self.integral += error * min(step, 1.0)")),
