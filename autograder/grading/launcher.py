@@ -29,7 +29,7 @@ from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
-LOAD = 0.3  # s between two looks at the machine's load, which cost more the busier it is
+LOAD = 0.5  # s between two looks at the machine's load, which cost more the busier it is
 ORPHANED = 1.0  # s until processes killed with their program are gone
 
 

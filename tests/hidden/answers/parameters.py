@@ -1743,10 +1743,7 @@ WRONG = {
         ),
         {"derivative"},
     ),
-    "no slope in a step below 10 ms": (
-        node(("if step > 0.0", "if step > 0.01")),
-        {"derivative"},
-    ),
+    "no slope in a step below 10 ms": (node(("if step > 0.0", "if step > 0.01")), {"derivative"}),
     "a step of a second at most": (
         node(("self.integral += error * step", "self.integral += error * min(step, 1.0)")),
         {"integral"},
