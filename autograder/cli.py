@@ -692,6 +692,7 @@ def _circumstances(
             for finding in find(out, name, ALIKE)
             for group in presenting.striking(finding, ALIKE).items()
         ),
+        [key for key, basis in output.bases(out).items() if key in reports and basis.is_replaced(key)],
     )
 
 

@@ -1,7 +1,6 @@
 """Grading a folder of submissions, and finding results that are outdated."""
 
 import contextlib
-import os
 import secrets
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -76,9 +75,7 @@ def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]
 
 def outdated(basis: Basis, key: tuple[str, str]) -> bool:
     """Return True if the suite or the handed-in files have changed since a result; missing files count as unchanged."""
-    now = current(basis, key)
-    there = os.path.lexists(Path(basis.submitted, *key))
-    return basis.suite != now.suite or (there and basis.files != now.files)
+    return basis.suite != exercises.pack(key[1]).digest or basis.is_replaced(key)
 
 
 def current(basis: Basis, key: tuple[str, str]) -> Basis:

@@ -17,6 +17,7 @@ from typing import TypeVar
 from autograder.errors import UsageError
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback
+from autograder.submissions import listing
 from course.foundation import storage
 
 RESULTS = "results.jsonl"
@@ -33,6 +34,11 @@ class Basis:
     submitted: str  # the folder with STUDENT/ASSIGNMENT/FILES
     suite: str  # the digest of the exercise
     files: str  # the digest of the handed-in files
+
+    def is_replaced(self, key: tuple[str, str]) -> bool:
+        """Return True if other files of that student and exercise are in the folder now; False if none are."""
+        there = os.path.lexists(Path(self.submitted, *key))
+        return there and listing.digest(listing.read(Path(self.submitted), *key)) != self.files
 
 
 class Output:

@@ -22,7 +22,7 @@ from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
 from autograder.results.text import counted
 from autograder.returning import ways
-from autograder.submissions import listing, provenance
+from autograder.submissions import provenance
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 from course.returned.record import Mark
@@ -106,8 +106,8 @@ def give_back(
             if key not in places:
                 raise Unplaced("it is not known which folder was graded: grade it again")
             way = ways.way(*key, provenance.read(places[key], *key), form)
-            moved = way.form == FILES and not places[key].joinpath(*key).exists()
-            if not moved and listing.digest(listing.read(places[key], *key)) != bases[key].files:
+            gone = not places[key].joinpath(*key).exists()
+            if bases[key].is_replaced(key) or (gone and way.form != FILES):
                 raise Unplaced("something else was handed in since: `autograder regrade` grades it")
         except Unplaced as error:
             result.left_out.append(f"{who}: {error.args[0]}")

@@ -36,6 +36,7 @@ def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path]
     handed_in = defaultdict(list)
     for (student, name), submitted in sorted(sources.places(folder, assignment).items()):
         handed_in[name].append((student, submitted))
+    replaced = sources.replaced(folder)
     return [
         compare(
             name,
@@ -43,6 +44,7 @@ def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path]
             sources.given(name, {submitted for _, submitted in places}),
             top,
             before[name],
+            [student for student, _ in places if (student, name) in replaced],
         )
         for name, places in handed_in.items()
     ]

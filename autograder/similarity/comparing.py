@@ -61,6 +61,7 @@ class Finding:
     groups: list[Group] = field(default_factory=list)  # of all pairs, the largest first
     hidden: list[str] = field(default_factory=list)  # students, each with the files that do not show what they do
     doubtful: list[str] = field(default_factory=list)  # students, each with further files that may not show all
+    replaced: list[str] = field(default_factory=list)  # students whose files are not the graded ones
 
     @property
     def title(self) -> str:
@@ -78,11 +79,13 @@ def compare(
     known: Iterable[str],
     top: int,
     earlier: Iterable[tuple[str, dict[str, str]]] = (),
+    replaced: Iterable[str] = (),
 ) -> Finding:
     """Compare every submission with every other, and lay the `top` most alike pairs side by side, identical ones first.
 
     `handed_in` has the texts of each student, by file; code in the texts `known` to all is not compared.  Texts of
-    `earlier` courses are compared with these, but not with each other.
+    `earlier` courses are compared with these, but not with each other.  `replaced` are the students whose files are not
+    those that were graded, which the finding names.
     """
     boilerplate = {gram for text in known for gram in _known(text)}
     too_long: dict[str, list[str]] = {}  # files, by student
@@ -131,7 +134,7 @@ def compare(
     hidden = [f"{one.student} ({', '.join(one.hidden)})" for one in new if one.hidden]
     doubtful = [f"{one.student} ({', '.join(one.doubtful)})" for one in new if one.doubtful]
     rising = sorted(map(float, scores[above]))
-    return Finding(assignment, len(programs), pairs, rising, left_out, long, groups, hidden, doubtful)
+    return Finding(assignment, len(programs), pairs, rising, left_out, long, groups, hidden, doubtful, [*replaced])
 
 
 @cache

@@ -11,6 +11,7 @@ from course.foundation.untrusted import one_line
 
 HIDDEN = "cannot be compared, because these files have no class and do not use rclpy: look at what they execute"
 TOO_LONG = f"not compared, because these files have more than {LONGEST:,} characters without comments: look at them"
+REPLACED = "handed in again since the grading; compared is the new hand-in: `autograder regrade` grades it, too"
 DOUBTFUL = "compared, but these files may run other code, or are mainly literals: look at what that is"
 
 
@@ -23,15 +24,25 @@ def describe(finding: Finding) -> str:
     for pair in finding.pairs:
         same = f", the same to the letter: {', '.join(pair.identical)}" if pair.identical else ""
         lines.append(one_line(f"{pair.score:4.0f}  {pair.left} and {pair.right} ({pair.shared:.0f} % in common{same})"))
-    for why, files in ((HIDDEN, finding.hidden), (TOO_LONG, finding.too_long), (DOUBTFUL, finding.doubtful)):
-        if files:
-            lines.append(one_line(f"      {why}: {', '.join(files)}"))
+    for why, who in reasons(finding):
+        lines.append(one_line(f"      {why}: {', '.join(who)}"))
     if finding.left_out:
         left_out = ", ".join(finding.left_out)
         lines.append(
             one_line(f"      not compared, because no program could be read, or it is far too long: {left_out}")
         )
     return "\n".join(lines)
+
+
+def reasons(finding: Finding) -> list[tuple[str, list[str]]]:
+    """Return why somebody should look at a submission, whatever it is like, and who it is about."""
+    found = [
+        (REPLACED, finding.replaced),
+        (HIDDEN, finding.hidden),
+        (TOO_LONG, finding.too_long),
+        (DOUBTFUL, finding.doubtful),
+    ]
+    return [(why, who) for why, who in found if who]
 
 
 def striking(finding: Finding, most: int) -> dict[str, list[str]]:
@@ -68,14 +79,7 @@ def _like(pair: Pair) -> str:
 
 def page(findings: Iterable[Finding]) -> str:
     """The pairs side by side, as an HTML page that stands alone.  Everything in it is escaped."""
-    return pages.render(
-        "similar.html",
-        findings=list(findings),
-        hidden=HIDDEN,
-        too_long=TOO_LONG,
-        doubtful=DOUBTFUL,
-        number=lambda value: f"{value:.0f}",
-    )
+    return pages.render("similar.html", findings=list(findings), reasons=reasons, number=lambda value: f"{value:.0f}")
 
 
 def write(findings: Iterable[Finding], target: Path) -> None:

@@ -34,6 +34,12 @@ def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
     return found
 
 
+def replaced(folder: Path) -> set[tuple[str, str]]:
+    """Return the students and exercises of an output of `autograder grade` whose files are not the graded ones."""
+    bases = output.bases(folder, lost=True) if (folder / output.RESULTS).exists() else {}
+    return {key for key, basis in bases.items() if basis.is_replaced(key)}
+
+
 def files(submitted: Path, student: str, assignment: str) -> dict[str, str]:
     """Return the readable Python files of a submission, even if others are missing."""
     found = {}

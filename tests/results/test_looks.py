@@ -143,6 +143,21 @@ def test_the_report_knows_late_missing_and_alike(out, tmp_path):
     assert "bob/calculator (3.0 h)" in page and "<li>zoe</li>" in page and "ada and bob" in page
 
 
+def test_who_has_handed_in_again_since_is_named_so_that_nobody_hides_a_copy(out, tmp_path, capsys):
+    """Compared is what was handed in last; the points are those of what was graded."""
+    (tmp_path / "submitted" / "bob" / "calculator" / "calculator_server.py").write_text("pass\n")
+    cli.app(["report", str(out)], standalone_mode=False)
+    assert "handed in again since this result" in (said := capsys.readouterr().out)
+    assert "(`autograder regrade` grades the new ones): bob/calculator\n" in said
+    assert "handed in again since this result" in (out / "report.html").read_text()
+    cli.app(["similar", str(out), "--html", str(tmp_path / "similar.html")], standalone_mode=False)
+    assert "handed in again since the grading; compared is the new hand-in" in (said := capsys.readouterr().out)
+    assert "grades it, too: bob\n" in said
+    assert "Handed in again since the grading" in (tmp_path / "similar.html").read_text()
+    cli.app(["similar", str(tmp_path / "submitted")], standalone_mode=False)  # of these nothing was graded
+    assert "handed in again" not in capsys.readouterr().out
+
+
 def test_a_group_that_is_alike_is_one_line_and_its_pairs_fold():
     known = Known(alike={"calculator: ada, bob and cy (3 pairs)": ["ada and bob (98)", "bob and <cy> (70)"]})
     (look,) = looks([report("ada")], known)
