@@ -500,6 +500,9 @@ def extend(
     for student, name, more in extensions.listed(given):
         what = "every exercise" if name == extensions.ALL else name
         print(printable(one_line(f"{student}: {what}: {more}")))
+    for student, meant in extensions.unknown(course, students or []).items():
+        hint = f" Do you mean {meant}?" if meant else ""
+        print(printable(one_line(f"LOOK: nobody in this course is called {student}, exactly so.{hint}")))
 
 
 @app.command("new")

@@ -4,6 +4,7 @@ They are in `extensions.json` in nbgrader's course folder: by student, then by e
 or a time as in `LatePolicy.extensions`.  Of several due dates the latest counts.
 """
 
+import difflib
 import json
 from collections.abc import Iterable
 from datetime import datetime
@@ -11,11 +12,12 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from autograder.gradebook import shared_file
-from autograder.submissions import exercises
+from autograder.submissions import exercises, roster
 
 FILE = "extensions.json"
 ALL = "*"  # stands for all exercises
 LONGEST = 3660.0  # days
+CLOSE = 0.75  # from 0 to 1: how like another a name is that may be meant
 
 Given = dict[str, dict[str, float | str]]  # by student and exercise
 
@@ -82,6 +84,24 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
     kept = {student: of_one for student, of_one in sorted(given.items()) if of_one}
     shared_file.write(course / FILE, json.dumps(kept, indent=1, ensure_ascii=False))
     return kept
+
+
+def unknown(course: Path, students: Iterable[str]) -> dict[str, str]:
+    """Return those students who are not in the course, each with the name of one that may be meant, or ''.
+
+    In the course are those of the roster that is kept beside the submissions, without one those who have handed in:
+    then only a student is unknown whose name is nearly one of theirs.
+    """
+    submitted = course / "submitted"
+    known = roster.of_class(submitted, None)
+    names = known.students if known else {path.name for path in submitted.glob("[!.]*") if path.is_dir()}
+    found = {}
+    for student in {*students} - names:
+        alike = difflib.get_close_matches(student.casefold(), {name.casefold() for name in names}, 1, CLOSE)
+        meant = min((name for name in names if name.casefold() in alike), default="")
+        if known or meant:
+            found[student] = meant
+    return found
 
 
 def released(course: Path) -> list[str]:
