@@ -147,10 +147,12 @@ def slow_steps(goals: Sequence[Goal]) -> list[float]:
 def expect_slow_steps(goals: Sequence[Goal]) -> None:
     """A step that is longer than the default must take its time, too, and is reported when that is over."""
     took = slow_steps(goals)
-    if took and max(took) < WHOLE * SLOW_STEP:
+    own = [step for goal in goals for step in lengths(goal.feedback)]
+    single = [*took[:1], *own]  # between the messages of two goals, a step may be given up
+    if single and max(single) < WHOLE * SLOW_STEP:
         raise Wrong(
             "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...). "
-            f"They took {max(took):.2f} s at most, where that is {SLOW_STEP} s.",
+            f"They took {max(single):.2f} s at most, where that is {SLOW_STEP} s.",
             f"{took}",
         )
     if took and took[0] < EARLIEST * SLOW_STEP:
@@ -158,7 +160,6 @@ def expect_slow_steps(goals: Sequence[Goal]) -> None:
             "A step must be reported when its time is over, and the cabin has reached the floor. The first message "
             f"came {took[0]:.2f} s after the goal, when a step takes {SLOW_STEP} s."
         )
-    own = [step for goal in goals for step in lengths(goal.feedback)]
     if own and min(own) < EARLIEST * SLOW_STEP:
         raise Wrong(
             "Each step must take step_period seconds, as set on the command line (--ros-args -p step_period:=...), "

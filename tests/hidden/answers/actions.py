@@ -1401,7 +1401,7 @@ WRONG = {
     ),
     "looks for a new goal on the way up alone": (
         server((ABORT, ABORT.replace("self.newest", "(left[0] > self.floor or not stops) and self.newest"))),
-        {"preempt"},
+        {"preempt", "preempt_waiting"},
     ),
     "does not look for a new goal near the next stop": (
         server((ABORT, ABORT.replace("self.newest", "(abs(left[0] - self.floor) > 2 or not stops) and self.newest"))),
@@ -1540,7 +1540,7 @@ WRONG = {
     ),
     "goals move the cabin side by side": (
         server((" or self.newest is not goal_handle", ""), ("        with self.cabin:\n", "        if True:\n")),
-        {"preempt", "preempt_waiting"},
+        {"preempt", "preempt_waiting", "cancel_while_waiting"},
     ),
     "notes the newest goal when it begins to move": (
         server(
@@ -1551,7 +1551,7 @@ WRONG = {
     ),
     "preempts and does not wait for the cabin": (
         server(("        with self.cabin:\n", "        if True:\n")),
-        {"preempt", "preempt_waiting"},
+        {"preempt", "preempt_waiting", "cancel_while_waiting"},
     ),
     "waits for the cabin for half a step": (
         server(
@@ -1631,7 +1631,7 @@ WRONG = {
                 "(self.newest is not goal_handle and (not stops or stops[-1] == self.floor)):",
             )
         ),
-        {"preempt"},
+        {"preempt", "preempt_waiting"},
     ),
     "goes on for two steps when a new goal comes": (
         server(
@@ -1645,7 +1645,7 @@ WRONG = {
             ),
             (PERIOD, PERIOD + "        late = 2 if self.newest is goal_handle else 0\n"),
         ),
-        {"preempt"},
+        {"preempt", "preempt_waiting"},
     ),
     "a preempted goal has an empty result": (
         server(
@@ -1998,7 +1998,7 @@ WRONG = {
                 ),
             )
         ),
-        {"client_sends_floors"},
+        {"client_sends_floors", "client_shows_feedback"},
     ),
     "client shows no feedback": (client((TOLD, "")), {"client_shows_feedback", "client_shows_feedback_as_it_comes"}),
     "client shows the floor alone": (client((", {now.stops_left} stops left", "")), {"client_shows_feedback"}),
