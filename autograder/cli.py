@@ -502,7 +502,7 @@ def extend(
         print(printable(one_line(f"{student}: {what}: {more}")))
     for student, meant in extensions.unknown(course, students or []).items():
         hint = f" Do you mean {meant}?" if meant else ""
-        print(printable(one_line(f"LOOK: nobody in this course is called {student}, exactly so.{hint}")))
+        print(printable(one_line(f"LOOK: no student of this course has the name {student}.{hint}")))
 
 
 @app.command("new")

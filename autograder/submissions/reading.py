@@ -199,7 +199,7 @@ def _expect_readable(name: str, content: bytes) -> None:
         return  # Python does not read it either
     if not same:
         raise RefusedFile(
-            f"{name} is in the encoding {encoding}, in which Python reads other text than is shown: take away its "
+            f"{name} is in the encoding {encoding}, in which Python reads other text than is shown: remove its "
             "`coding` line and save it as UTF-8."
         )
 

@@ -300,12 +300,12 @@ def test_a_name_that_nobody_has_is_told(course):
     """In other letters it is another student's: this one's hand-in would stay late."""
     (course / "submitted" / "ada").mkdir()
     said = extend(course, "Ada", "zoe", "ada", "--days", "3").stdout.splitlines()
-    assert said[-1] == "LOOK: nobody in this course is called Ada, exactly so. Do you mean ada?"
+    assert said[-1] == "LOOK: no student of this course has the name Ada. Do you mean ada?"
     assert not any("LOOK" in line for line in said[:-1])  # zoe has not handed in yet
     (course / "submitted" / ".roster.csv").write_text("student,email\nada,a@example.org\nben,b@example.org\n")
     said = extend(course, "zoe", "ben", "ada2", "--take-back").stdout
-    assert "LOOK: nobody in this course is called zoe, exactly so.\n" in said
-    assert "called ada2, exactly so. Do you mean ada?\n" in said and "called ben" not in said
+    assert "LOOK: no student of this course has the name zoe.\n" in said
+    assert "the name ada2. Do you mean ada?\n" in said and "the name ben" not in said
 
 
 def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_taken_back(course):
