@@ -686,16 +686,17 @@ def _circumstances(
             raise
         url = ""
     late = lateness(url, submitted) if url else {}
+    findings = [finding for name in names for finding in find(out, name, ALIKE)]
     return Known(
         {key: seconds for key, seconds in late.items() if key in reports},
         absent,
-        dict(
-            group
-            for name in names
-            for finding in find(out, name, ALIKE)
-            for group in presenting.striking(finding, ALIKE).items()
-        ),
-        [key for key, basis in output.bases(out).items() if key in reports and basis.is_replaced(key)],
+        dict(group for finding in findings for group in presenting.striking(finding, ALIKE).items()),
+        [
+            key
+            for finding in findings
+            for student in finding.replaced
+            if (key := (student, finding.assignment)) in reports
+        ],
     )
 
 

@@ -31,12 +31,13 @@ def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path]
     """
     before = defaultdict(list)
     for other in earlier:
-        for (student, name), submitted in sorted(sources.places(other, assignment).items()):
+        for (student, name), (submitted, _) in sorted(sources.places(other, assignment).items()):
             before[name].append((f"{student} ({other})", sources.files(submitted, student, name)))
-    handed_in = defaultdict(list)
-    for (student, name), submitted in sorted(sources.places(folder, assignment).items()):
+    handed_in, replaced = defaultdict(list), defaultdict(list)
+    for (student, name), (submitted, basis) in sorted(sources.places(folder, assignment).items()):
         handed_in[name].append((student, submitted))
-    replaced = sources.replaced(folder)
+        if basis and basis.is_replaced((student, name)):
+            replaced[name].append(student)
     return [
         compare(
             name,
@@ -44,7 +45,7 @@ def find(folder: Path, assignment: str | None, top: int, earlier: Iterable[Path]
             sources.given(name, {submitted for _, submitted in places}),
             top,
             before[name],
-            [student for student, _ in places if (student, name) in replaced],
+            replaced[name],
         )
         for name, places in handed_in.items()
     ]

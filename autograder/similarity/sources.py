@@ -7,6 +7,7 @@ from pathlib import Path
 from autograder.errors import UsageError
 from autograder.paths import COURSE, repository
 from autograder.results import output
+from autograder.results.output import Basis
 from autograder.similarity.tokens import clean
 from autograder.submissions import exercises, listing, reading
 from course.foundation import cells
@@ -15,29 +16,24 @@ from course.foundation.cells import SOLUTION
 COMMAND = re.compile(r"^[%!].*$", re.MULTILINE)  # Jupyter's, not Python's
 
 
-def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], Path]:
-    """Return the folder of submissions for each student and assignment.
+def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], tuple[Path, Basis | None]]:
+    """Return the folder of submissions for each student and assignment, and the basis of the result if there is one.
 
     The folder is one of submissions, or an output of `autograder grade`.  Raises UsageError when it holds nothing, or
     when an output does not say where the submissions are.
     """
     if not (folder / output.RESULTS).exists():
-        return dict.fromkeys(listing.find(folder, assignment, []), folder)
+        return dict.fromkeys(listing.find(folder, assignment, []), (folder, None))
     wanted = assignment and exercises.load(assignment).name
     try:
         bases = output.bases(folder)
     except UsageError as error:
         raise UsageError(f"{error}: give their folder instead") from None
-    found = {key: Path(basis.submitted) for key, basis in bases.items() if wanted in (None, key[1])}
+    found: dict[tuple[str, str], tuple[Path, Basis | None]]
+    found = {key: (Path(basis.submitted), basis) for key, basis in bases.items() if wanted in (None, key[1])}
     if not found:
         raise UsageError(f"{folder} does not tell where the submissions are: give their folder instead")
     return found
-
-
-def replaced(folder: Path) -> set[tuple[str, str]]:
-    """Return the students and exercises of an output of `autograder grade` whose files are not the graded ones."""
-    bases = output.bases(folder, lost=True) if (folder / output.RESULTS).exists() else {}
-    return {key for key, basis in bases.items() if basis.is_replaced(key)}
 
 
 def files(submitted: Path, student: str, assignment: str) -> dict[str, str]:

@@ -21,7 +21,7 @@ def exchanged_limits(tree: ast.Module) -> Iterator[tuple[int, str]]:
             if isinstance(node, ast.If) and len(node.body) == 1:
                 yield from _set_to_the_other(node.test, node.body[0], known)
     for call in (each for name in OTHER for each in calls(tree, name)):
-        yield from _always_onesigned_number(call)
+        yield from _always_one_number(call)
 
 
 def _named_limits(function: ast.AST) -> dict[str, set[str]]:
@@ -82,7 +82,7 @@ def _set_to_the_other(test: ast.expr, body: ast.stmt, known: dict[str, set[str]]
             yield body.lineno, f"{text} `{target} = {ast.unparse(limit)}`."
 
 
-def _always_onesigned_number(call: ast.Call) -> Iterator[tuple[int, str]]:
+def _always_one_number(call: ast.Call) -> Iterator[tuple[int, str]]:
     """Yield `min(-0.5, max(0.5, ...))`, which is -0.5 whatever stands there."""
     outer, inner = name_of(call.func), next((each for each in call.args if isinstance(each, ast.Call)), None)
     if inner is None or name_of(inner.func) != OTHER[outer] or len(call.args) != 2 or len(inner.args) != 2:
