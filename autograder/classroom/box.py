@@ -73,7 +73,7 @@ def command(classroom: Classroom, member: Member, argv: list[str], to_read: Call
     else:
         bwrap += ["--unshare-pid"]
         if seccomp.available():
-            bwrap += ["--seccomp", to_read(seccomp.program())]
+            bwrap += ["--seccomp", to_read(seccomp.program(server=True))]
         become += ["--clear-groups", "--bounding-set=-all", "--no-new-privs"]
     bwrap += _view(classroom, member, to_read)
     limited = ["prlimit", *(f"--{name}={most}" for name, most in limits(classroom, member).items()), "--"]

@@ -171,6 +171,7 @@ def _fork(
         directory=box.home(member),
         options=template.OPTIONS,
         kept=2,  # the listening socket, and the one whose closing ends the box
+        server=True,
     )
     with contextlib.ExitStack() as ends, contextlib.ExitStack() as undo:
         held, holding = (ends.enter_context(each) for each in socket.socketpair())

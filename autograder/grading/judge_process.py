@@ -44,6 +44,7 @@ LIMITS = {  # of the process, by prlimit(1)
     "fsize": 16 << 20,  # bytes
     "core": 0,
     "msgqueue": 0,  # bytes
+    "sigpending": 64,
 }
 
 _libc = ctypes.CDLL(None, use_errno=True)

@@ -27,6 +27,7 @@ def confine(
     limits: Mapping[str, int],
     everywhere: Callable[[Callable[[], object]], object] = lambda do: None,
     group: int | None = None,
+    server: bool = False,
 ) -> None:
     """Confine this process; it becomes the host user `user`, if given, with the group `group` or of the same id.
 
@@ -34,6 +35,7 @@ def confine(
 
     `limits` are named as for prlimit(1); `nproc`, which counts all processes of a user, is set only with `user`.
     `everywhere` calls a function in each of the process's other threads, because capabilities are kept per thread.
+    A class's `server` may do more than a program that is graded, see `seccomp.program`.
     """
     for name, most in limits.items():
         if name != "nproc" or user is not None:
@@ -47,7 +49,7 @@ def confine(
         os.setresuid(user, user, user)
     everywhere(_drop_capabilities)
     _drop_capabilities()
-    _set_filter()
+    _set_filter(server)
 
 
 def _drop_bounding_set() -> None:
@@ -61,10 +63,10 @@ def _drop_capabilities() -> None:
     check(_libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
 
 
-def _set_filter() -> None:
+def _set_filter(server: bool) -> None:
     if not seccomp.available():
         return
-    rules = seccomp.program()
+    rules = seccomp.program(server=server)
     code = ctypes.create_string_buffer(rules, len(rules))
     program = struct.pack("HxxxxxxP", len(rules) // 8, ctypes.addressof(code))  # struct sock_fprog
     number = SECCOMP_CALL[os.uname().machine]

@@ -99,6 +99,7 @@ class Request:
     path: tuple[str, ...] = ()  # of modules, searched before the installed ones
     options: tuple[str, ...] = ()  # of Python, the same as those of the forking process
     kept: int = 0  # the number of descriptors that the program keeps, from KEPT on
+    server: bool = False  # a class's, which may watch files
 
 
 @dataclass(frozen=True)
@@ -411,7 +412,7 @@ def _confine(request: Request, output: int, report: int, sandbox: int, more: lis
     for number, descriptor in enumerate(kept, KEPT):
         os.dup2(descriptor, number, inheritable=False)
         os.close(descriptor)
-    confine(request.user, request.limits, group=request.group)
+    confine(request.user, request.limits, group=request.group, server=request.server)
     os.chdir(request.directory)
     if request.umask is not None:
         os.umask(request.umask)

@@ -49,6 +49,7 @@ LIMITS = {  # of each process, by prlimit(1)
     "nofile": 128,  # a program with ten nodes has 19; data waiting in sockets takes kernel memory
     "core": 0,
     "msgqueue": 0,  # bytes
+    "sigpending": 64,  # signals in a queue, which the kernel counts for the user
 }
 
 # Capabilities of the judging process: to enter the networks of the ROS domains, to become another user, to end its

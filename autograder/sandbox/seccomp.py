@@ -86,6 +86,8 @@ DENIED = {
     "sethostname": (170, 161),
     "setdomainname": (171, 162),
 }
+# Denied in a grading, not to the servers of a class, which watch files: what the kernel counts for the user in all.
+COUNTED = {"inotify_init": (253, None), "inotify_init1": (294, 26), "timer_create": (222, 107)}
 CLONE, SOCKET, IOCTL, CLONE3 = (56, 220), (41, 198), (16, 29), (435, 435)
 NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no new namespaces,
 PARENT = 0x8000  # CLONE_PARENT: nor siblings, which would be children of the process that forked it
@@ -104,15 +106,18 @@ def available() -> bool:
     return platform.machine() in MACHINES and Path("/proc/sys/kernel/seccomp/actions_avail").exists()
 
 
-def program(machine: str | None = None) -> bytes:
-    """Return the filter as an array of struct sock_filter; raises KeyError for an unsupported machine."""
+def program(machine: str | None = None, *, server: bool = False) -> bytes:
+    """Return the filter as an array of struct sock_filter; raises KeyError for an unsupported machine.
+
+    It is that for a grading, or, with `server`, that for a student's server.
+    """
     abi, column = MACHINES[machine or platform.machine()]
     code = [_do(LOAD, ARCHITECTURE), *_unless(EQUAL, abi, KILL), _do(LOAD, NUMBER)]
     if column == 0:
         code += _when(NOT_LESS, X32, _error(errno.ENOSYS))
     # glibc falls back to clone, whose flags a filter can check; clone3's are in memory, which a filter cannot read.
     code += _when(EQUAL, CLONE3[column], _error(errno.ENOSYS))
-    for numbers in DENIED.values():
+    for numbers in (DENIED if server else DENIED | COUNTED).values():
         number = numbers[column]
         if number is not None:
             code += _when(EQUAL, number, _error(errno.EPERM))

@@ -386,7 +386,7 @@ class World(Node):
                 break  # the driver answers in its scan callback
             elif not self._wait(lambda: self.received > middle, min(CLOCK_REPEAT, end - time.monotonic())):
                 self._clock_pub.publish(ClockMessage(clock=stamp))
-        while not asked and self.received > before:
+        while not asked and self.received > before and time.monotonic() < end:
             seen = self.received
             if not self._wait(lambda: self.received > seen, SETTLE):  # noqa: B023
                 break

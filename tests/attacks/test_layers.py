@@ -44,7 +44,7 @@ def test_filter(machine):
     read, clone, ioctl, socket = (0, 63)[column], seccomp.CLONE[column], seccomp.IOCTL[column], seccomp.SOCKET[column]
     assert run(rules, read, abi) == ALLOWED
     assert run(rules, read, abi ^ 1) == seccomp.KILL
-    for name, numbers in seccomp.DENIED.items():
+    for name, numbers in (seccomp.DENIED | seccomp.COUNTED).items():
         if numbers[column] is not None:
             assert run(rules, numbers[column], abi) == DENIED, name
     assert run(rules, seccomp.CLONE3[column], abi) == seccomp._error(38)
@@ -57,6 +57,14 @@ def test_filter(machine):
     assert run(rules, ioctl, abi, 1, 0x5401) == ALLOWED
     if machine == "x86_64":
         assert run(rules, read | seccomp.X32, abi) == seccomp._error(38)
+
+
+@pytest.mark.parametrize("machine", seccomp.MACHINES)
+def test_a_students_server_may_watch_files(machine):
+    rules = seccomp.program(machine, server=True)
+    abi, column = seccomp.MACHINES[machine]
+    assert {run(rules, numbers[column], abi) for numbers in seccomp.COUNTED.values() if numbers[column]} == {ALLOWED}
+    assert run(rules, seccomp.DENIED["ptrace"][column], abi) == DENIED
 
 
 def test_doctor(confinement):

@@ -511,6 +511,37 @@ def test_without_commands_the_robot_stands_and_a_drive_ends_in_time(context):
         world(context).drive(1.0)
 
 
+def test_a_driver_that_sends_without_end_does_not_hold_a_drive(context):
+    """It has no parameter services either, which would tell when it has handled a scan."""
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    node = world(context, fast=True)
+    driver = Node("sends", context=context, start_parameter_services=False)
+    driver.create_subscription(LaserScan, "scan", lambda scan: None, 10)
+    commands, ended, held = driver.create_publisher(Twist, "cmd_vel", 10), threading.Event(), []
+
+    def send():
+        end = time.monotonic() + 20.0
+        while not ended.wait(0.0005):
+            commands.publish(Twist())
+            if time.monotonic() > end:
+                held.append(node.received)
+                return
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        assert node.drive(1e6, answer_within=0.2, wall_limit=4.0).answered > 0
+    finally:
+        ended.set()
+        thread.join()
+    assert not held
+    for each in (node, driver):
+        each.destroy_node()
+
+
 def test_at_real_time_it_reports_scans_odometry_and_one_collision(context):
     from geometry_msgs.msg import Twist
     from nav_msgs.msg import Odometry
