@@ -202,6 +202,7 @@ for number in {numbers}:
         except (ProcessLookupError, FileNotFoundError):
             pass
 print(reached, os.getppid(), os.access('/proc/1/environ', os.R_OK), os.listdir('/proc/self/fd')[:3])
+print({END!r}, flush=True)  # what follows ends the box, and so this process
 try:
     os.kill(-1, signal.SIGKILL)  # all that it may: its own
 except ProcessLookupError:

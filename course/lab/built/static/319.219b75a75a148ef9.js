@@ -1038,6 +1038,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-keys summary {
+  white-space: nowrap; /* below the buttons where it does not fit beside them */
   width: max-content;
 }
 
