@@ -11,7 +11,7 @@ MAX_RESTARTS = 100  # restarts after text in a file that Python cannot tokenize
 
 OPENING, CLOSING = ("(", "[", "{"), (")", "]", "}")
 CONDITIONS = {"if", "elif", "while"}
-BLOCKS = CONDITIONS | {"else", "for", "with", "try", "except", "finally", "def", "class"}
+BLOCKS = CONDITIONS | {"else", "for", "with", "try", "except", "finally", "async", "def", "class"}
 COMPUTING = {"abs", "bool", "dict", "float", "int", "len", "list", "max", "min", "range", "round", "set", "str", "sum"}
 
 UNREAD = {tokenize.COMMENT, tokenize.NL, tokenize.INDENT, tokenize.DEDENT}
@@ -65,8 +65,9 @@ def tokens(text: str) -> list[Token]:
 
     def end_statement(*last: Token) -> None:
         nonlocal depth
-        if does_something(statement, text):
-            found.extend([*statement, *last])
+        plain = without_annotations(statement, text)
+        if does_something(plain, text):
+            found.extend([*plain, *last])
         statement.clear()
         depth = 0
 
@@ -92,6 +93,38 @@ def tokens(text: str) -> list[Token]:
                 end_statement()  # `if a: return` is one line or two
     end_statement()
     return found
+
+
+def without_annotations(statement: list[Token], text: str) -> list[Token]:
+    """Return a statement without the types of its variable, parameters and result; nothing if it only names a type."""
+    defines = "def" in [token.kind for token in statement[:2]]
+    if not (defines or names_type(statement, text)):
+        return statement
+    kept: list[Token] = []
+    depth = inside = 0
+    ends: tuple[str, ...] = ()  # with what the type ends that is being read
+    for token in statement[:-1]:
+        if ends:
+            ends = () if token.kind in ends and depth == inside else ends
+        elif token.kind == "->" or (token.kind == ":" and depth == defines):
+            inside = depth
+            ends = (":",) if token.kind == "->" else (",", "=", ")") if defines else ("=",)
+        if not ends:
+            kept.append(token)
+        depth += (token.kind in OPENING) - (token.kind in CLOSING)
+    return [*kept, statement[-1]] if defines or "=" in [token.kind for token in kept] else []
+
+
+def names_type(statement: list[Token], text: str) -> bool:
+    """Return True for `x: int`, `self.x: int = 0` and the like."""
+    depth = 0
+    for at, token in enumerate(statement[:-1]):
+        if token.kind == ":" and not depth:
+            return at == 1 or text[statement[0].start : statement[0].end] != "case"  # `case [a, b]: ...`
+        if not depth and token.kind not in (NAME, ".", *OPENING, *CLOSING):
+            return False
+        depth += (token.kind in OPENING) - (token.kind in CLOSING)
+    return False
 
 
 def does_something(statement: list[Token], text: str) -> bool:

@@ -305,6 +305,8 @@ JUNK = [
     "if False: pass",
     "a, b = 1, 2",
     "k = max(3, 4)",
+    "m: dict[str, int]",
+    "x: self.call(y)",
 ]
 
 
@@ -382,8 +384,32 @@ def test_one_line_or_two():
         ("x = 'a' 'b'", "x = 'ab'"),
         ("x = f'{a + b}'", "x = 'ab'"),
         ("x = f'{a:{b}}' 'c'", "x = ''"),
+        ("async def f(): a.b()", "async def f():\n    a.b()"),
     ):
         assert [token.kind for token in tokens(one)] == [token.kind for token in tokens(two)]
+
+
+@pytest.mark.parametrize(
+    ("typed", "plain"),
+    [
+        ("x: int = a.b()", "x = a.b()"),
+        ("self.x: dict[str, int] = a.b()", "self.x = a.b()"),
+        ("x: dict[str, a.b()]", ""),
+        ("self.x: a.b", ""),
+        ("def f(a: int, *b: 'x', c: dict[str, int] = {}) -> dict[str, int]:\n    a.b()",
+         "def f(a, *b, c={}):\n    a.b()"),
+        ("async def f() -> None: a.b()", "async def f(): a.b()"),
+    ],
+)  # fmt: skip
+def test_types_are_nothing(typed, plain):
+    assert [token.kind for token in tokens(typed)] == [token.kind for token in tokens(plain)]
+
+
+@pytest.mark.parametrize(
+    "text", ["a[b:c] = d.e()", "lambda: a.b()", "case [a, b]: c.d()", "case a: c.d()", "a = lambda b: c.d()"]
+)
+def test_what_is_no_type_is_compared(text):
+    assert [token.kind for token in tokens(text)].count(".") == 1
 
 
 @pytest.mark.parametrize(
