@@ -706,7 +706,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             f"A logger of rclpy takes one text, with the values in it: `{found[1]}(f'... {{value}}')`, for example."
         ),
     ),
-    (r"Expected QoSProfile or int, but received", order_of_arguments),
+    (r"Expected QoSProfile or int, but received|execution callback: not callable", order_of_arguments),
     (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
     (r"property '(\w+)' of '\w+' object has no setter|: (handle) cannot be modified after node", _of_rclpy),

@@ -76,6 +76,20 @@ def _result_awaited(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+SECTORS = {"front", "left", "right"}
+
+
+def _keys_unpacked(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `front, right = distances`, which takes the keys of the dict of an agent."""
+    for node in ast.walk(parse(source)):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], (ast.List, ast.Tuple)):
+            names = [name_of(each) for each in node.targets[0].elts]
+            if isinstance(node.value, ast.Name) and SECTORS.issuperset(names):
+                values = ", ".join(f"{node.value.id}['{name}']" for name in names)
+                return f"`{ast.unparse(node)}` takes the keys of a dict, which are texts. Its values are `{values}`."
+    return ""
+
+
 def _function_indexed(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on square brackets after a function that was not called, here or where an attribute keeps it."""
     tree = parse(source)
@@ -287,6 +301,7 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (r"NoneType.* (?:used in 'await' expression|be awaited)", _result_awaited),
     (r"'(?:function|method)' object is not subscriptable", _function_indexed),
     (r"'Namespace' object has no attribute '(\w+)'", _option),
+    (r"'[<>]=?' not supported between instances of 'str' and '(?:float|int)'", _keys_unpacked),
     (r"publish_feedback\(\) takes 2 positional arguments", _feedback),
     (r"(Action(?:Server|Client))\.__init__\(\) missing \d required positional argument", _first_the_node),
     (r"^TypeError: Duration\.__init__\(\) takes 1 positional", _says(BY_NAME)),
@@ -298,8 +313,8 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (
         r"only integer scalar arrays can be converted to a scalar index|array indices must be integers",
         _says(
-            "Only an array of NumPy can be indexed with conditions or with an array, and this is a list: make it one "
-            "first, `np.array(scan.ranges)`, for example."
+            "Only an array of NumPy can be indexed with conditions or an array, and the list in a message is none: "
+            "make it one first, `np.array(scan.ranges)`, for example."
         ),
     ),
     (

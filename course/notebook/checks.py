@@ -14,7 +14,7 @@ from course.foundation import cells
 from course.notebook.extension import CHECK, reason
 from course.notebook.file_differences import differences
 from course.notebook.needed_cells import SESSION, names_of
-from course.session.live import current
+from course.session.live import Session, current
 
 
 def check(name: str = "") -> None:
@@ -62,9 +62,16 @@ def _names() -> dict[str, Any]:
 
 
 def _run(source: str, names: dict[str, Any], failed: dict[str, str]) -> str:
+    """Return the outcome of a check, and who else has used its names if that may be why it has failed."""
+    session = current()
+    said = _outcome(source, names, failed, session)
+    others = str(session.meanwhile) if session and said != cells.PASSED else ""
+    return f"{said}; note: {others}" if others else said
+
+
+def _outcome(source: str, names: dict[str, Any], failed: dict[str, str], session: Session | None) -> str:
     shell = get_ipython()
     try:
-        session = current()
         own = session.checking(source) if session else contextlib.nullcontext()
         with contextlib.redirect_stdout(io.StringIO()), own:
             exec(compile(shell.transform_cell(source), CHECK, "exec"), names)

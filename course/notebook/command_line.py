@@ -178,7 +178,7 @@ def _is_no_status(value: ast.expr | None, source: str) -> bool:
     if isinstance(value, ast.Name):
         held = [each for _, each in assigned(value, source)]
         return not held or any(isinstance(each, (*NO_STATUS, ast.Call)) for each in held)
-    return isinstance(value, NO_STATUS)
+    return isinstance(value, NO_STATUS) or (isinstance(value, ast.Constant) and isinstance(value.value, str))
 
 
 def _is_true(value: ast.expr | None) -> bool:

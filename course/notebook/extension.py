@@ -128,6 +128,9 @@ def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_o
     if "NBGRADER_VALIDATING" in os.environ and isinstance(error, AssertionError):
         error._render_traceback_ = lambda: [f"{kind.__name__}: {error}"]  # type: ignore[attr-defined]
     shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
+    session = _session()
+    if session is not None and session.meanwhile.goes_on and (others := str(session.meanwhile)):
+        print(f"note: {others}", file=sys.stderr)
     unquoted = isinstance(error, NameError) and "course.check(" in _line(trace)
     if why := (unquoted and _known(error)) or reason(error, Path()) or _known(error):
         print(why, file=sys.stderr)

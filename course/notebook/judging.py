@@ -115,6 +115,7 @@ def judge(
     for name in names:
         for who, ending in session.others(name):
             raise LiveError(f"{file} cannot be checked while {who} also uses {name}. To end it: {ending}.")
+    session.meanwhile.uses(names)
     return session.start(file, *arguments, parameters=parameters)
 
 
@@ -458,8 +459,13 @@ def why_silent(file: str) -> str:
 
 
 def unmet(file: str) -> str:
-    """Return lines about a client that sends its request without a look for the server; '' if it may look."""
+    """Return lines about a client that sends its request without a look for the server, or waits for it less than 1 s.
+
+    '' if it may wait long enough.
+    """
     source = text_at(Path(file))
+    if (short := short_wait(source, least=1.0)) is not None:
+        return f"\n{frame_at(file, short[0], source)}\nHere it waits {short[1]:g} s."
     sent = next(calls(parse_program(source), "call_async"), None)
     if sent is None or LOOKS_FOR_A_SERVER.search(source):
         return ""

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from types import FrameType, FunctionType, SimpleNamespace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from rclpy._rclpy_pybind11 import InvalidHandle, NodeNameNonExistentError, RCLError
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -331,8 +331,8 @@ def sequence_number(client: Client, future: Future) -> int | None:
     return next((number for number, each in [*client._pending_requests.items()] if each is future), None)
 
 
-class ClientWatcher(Protocol):
-    """A receiver of what the clients of this process send; `at` is the time (s of `time.monotonic`)."""
+class ClientWatcher:
+    """A receiver of what the clients of this process send, here of nothing; `at` is in s of `time.monotonic`."""
 
     def called(self, client: Client, request: Any, future: Future, at: float) -> None:
         """Note that a service was called; `future` will have the response, or an exception."""

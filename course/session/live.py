@@ -57,6 +57,7 @@ from course.session.matching import (
     unmatched,
     unserved,
 )
+from course.session.meanwhile import Meanwhile
 from course.session.misuse import (
     condition_of,
     expect_name,
@@ -124,6 +125,7 @@ class Session:
         self._spinner = self._spin()
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
+        self.meanwhile = Meanwhile(self._handles, outsiders)
         self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)
@@ -219,10 +221,12 @@ class Session:
     def begin_check(self, source: str) -> None:
         """Note that the public check with this text begins: nodes of the classes that it defines are a part of it."""
         self._nodes.of_check = [each.name for each in parse(source).body if isinstance(each, ast.ClassDef)]
+        self.meanwhile.begin()
 
     def end_check(self, *, passed: bool) -> None:
         """Note that a public check is over; unless it has `passed`, its own nodes are stopped."""
         self._nodes.of_check = ()
+        self.meanwhile.end()
         if not passed:
             self._nodes.stop_of_checks()
 

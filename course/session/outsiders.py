@@ -44,7 +44,8 @@ class Outsider:
         return f"process {self.pid}{command}" if self.pid else "a process that is not visible from here"
 
     def __str__(self) -> str:
-        return f"{self.node if base(self.node) != UNKNOWN else 'a node'}, {self.where}"
+        name = base(self.node)
+        return f"{'a node' if name == UNKNOWN else 'a command' if name.startswith('_') else self.node}, {self.where}"
 
     @property
     def program(self) -> tuple[Path, tuple[str, ...]] | None:
@@ -91,8 +92,15 @@ class Outsiders:
         return list(self._outside(self._node.get_publishers_info_by_topic(EVENTS)))
 
     def serving(self, name: str) -> list[Outsider]:
-        """Return those that serve the service or the action `name`, or publish on that topic."""
-        return list(dict.fromkeys(self._outside(self._ends(name))))
+        """Return those that serve the service or the action `name`, or publish on that topic, as `ros2 topic pub`."""
+        return list(dict.fromkeys(self._outside(self._ends(name), hidden=True)))
+
+    def calling(self, name: str) -> list[Outsider]:
+        """Return those that have a client of the service or the action `name`, as `ros2 service call`."""
+        services = (name, f"{name}/_action/send_goal")
+        look = self._node.get_publishers_info_by_topic
+        ends = [end for service in services for end in look(f"rq{service}Request", no_mangle=True)]
+        return list(dict.fromkeys(self._outside(ends, hidden=True)))
 
     def own(self, name: str) -> list[str]:
         """Return the session's nodes and files that serve the service or action `name`, or publish on that topic."""
@@ -119,14 +127,14 @@ class Outsiders:
         look = self._node.get_publishers_info_by_topic
         return [end for topic, raw in topics for end in look(topic, no_mangle=raw)]
 
-    def _outside(self, ends: Iterable[TopicEndpointInfo]) -> Iterator[Outsider]:
-        """Yield the outside nodes of these endpoints."""
+    def _outside(self, ends: Iterable[TopicEndpointInfo], *, hidden: bool = False) -> Iterator[Outsider]:
+        """Yield the outside nodes of these endpoints, with `hidden` those of a hidden name, too."""
         started = {handle.pid for handle in list(self._handles.values()) if isinstance(handle, NodeProcess)}
         for endpoint in ends:
             name, identifier = self._node_of(endpoint), bytes(endpoint.endpoint_gid)
             if any(is_of_process(identifier, pid) for pid in (os.getpid(), *started)):
                 continue
-            if base(name).startswith("_") and base(name) != UNKNOWN:
+            if base(name).startswith("_") and base(name) != UNKNOWN and not hidden:
                 continue
             found = self._processes(identifier)
             if found and processes.session(found[0]) not in started:  # not started by a program of the session

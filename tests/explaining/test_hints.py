@@ -366,6 +366,12 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
         ),
         (NO_SUPPORT, "self.create_client('/add', Add)", "", "are in the wrong order"),
         (
+            "TypeError: Failed to register goal execution callback: not callable",
+            "ActionServer(self, Lift, self.execute, '/lift')",
+            "",
+            "are in the wrong order: write `ActionServer(self, TheType, '/name', self.execute)`.",
+        ),
+        (
             NO_SUPPORT,
             "self.create_service(srv_type='/add', srv_name=Add, callback=self.add)",
             "",

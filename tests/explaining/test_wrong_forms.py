@@ -63,6 +63,12 @@ UNNAMED = "NameError: name '{}' is not defined"
             "`goal_handle.request` is a message, not a function: leave out the brackets after it.",
         ),
         (
+            "TypeError: '<' not supported between instances of 'str' and 'float'",
+            "def decide(distances):\n    front, right = distances\n    return front < 0.5\n",
+            "if front < 0.5:",
+            "takes the keys of a dict, which are texts. Its values are `distances['front'], distances['right']`.",
+        ),
+        (
             "TypeError: 'array.array' object is not callable",
             "",
             "ranges = np.array(scan.ranges(), dtype=float)",
@@ -205,7 +211,7 @@ UNNAMED = "NameError: name '{}' is not defined"
             "TypeError: only integer scalar arrays can be converted to a scalar index",
             "",
             "scan.ranges[usable]",
-            "this is a list: make it one first",
+            "the list in a message is none: make it one first",
         ),
         (
             "TypeError: unsupported operand type(s) for *: 'float' and 'range'",

@@ -57,6 +57,7 @@ def test_a_status_that_is_lost(tmp_path, monkeypatch, main, end, says):
         ("status = outcome.name; return status", "sys.exit(main())", "SUCCEEDED\n", True),
         ("return outcome == 'SUCCEEDED'", "sys.exit(main())", "SUCCEEDED\n", True),
         ("return True", "sys.exit(main())", "SUCCEEDED\n", True),
+        ("return 'done'", "sys.exit(main())", "SUCCEEDED\ndone\n", True),
         ("return True if outcome else False", "sys.exit(main())", "SUCCEEDED\n", False),
         ("return outcome != 'SUCCEEDED'", "sys.exit(main())", "ABORTED\n", False),
     ],

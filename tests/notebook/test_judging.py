@@ -3,7 +3,10 @@
 import contextlib
 import json
 import linecache
+import subprocess
+import sys
 import threading
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -140,6 +143,66 @@ def test_nothing_is_judged_while_another_node_serves_its_names(folder, session):
     session.stop("other")
     first = judging.judge("server.py", names=("/asked",))
     assert judging.judge("server.py", names=("/asked",)).alive and not first.alive
+
+
+def test_nothing_is_judged_while_a_command_publishes_on_its_topics(folder, session):
+    """The node of `ros2 topic pub` is hidden."""
+    (folder / "server.py").write_text(SERVER)
+    words = [Path(sys.executable).with_name("ros2"), "topic", "pub", "/told", "std_msgs/msg/Float64", "{data: 1.0}"]
+    sending = subprocess.Popen(words, stdout=subprocess.DEVNULL)
+    try:
+        assert session.until(lambda: session.node.count_publishers("/told") == 1, timeout=20.0)
+        with pytest.raises(LiveError, match=rf"while a \w+, process {sending.pid} \(.*topic pub /told.*also uses"):
+            judging.judge("server.py", names=("/asked", "/told"))
+    finally:
+        sending.kill()
+        sending.wait()
+    assert "/told" not in session.nodes()
+
+
+class Asking(Node):
+    """Has a client that is not of the check."""
+
+    def __init__(self):
+        super().__init__("asking")
+        self.asks = self.create_client(Trigger, "/asked")
+
+
+def test_who_else_calls_while_a_check_runs_is_named_and_who_only_could_is_not(folder, session):
+    (folder / "server.py").write_text(SERVER)
+    asking = session.start(Asking).node
+    asking.asks.call_async(Trigger.Request())  # before the check
+    session.begin_check("class Held(Node): ...")
+    judging.judge("server.py", names=("/asked",))
+    session.call("/asked", Trigger)  # as the check itself does
+    assert str(session.meanwhile) == ""
+    for times in ("once", "2 times"):
+        asking.asks.call_async(Trigger.Request())
+        assert str(session.meanwhile).startswith(
+            f"asking of this notebook has called /asked {times} meanwhile. To end it: ros.stop('asking'). The check"
+        )
+    session.end_check(passed=False)
+    assert not session.meanwhile.goes_on and "asking" in str(session.meanwhile)
+    session.begin_check("")
+    assert str(session.meanwhile) == ""
+    session.end_check(passed=True)
+
+
+def test_a_command_that_could_call_while_a_check_runs_is_named(folder, session):
+    (folder / "server.py").write_text(SERVER)
+    words = ["service", "call", "-r", "5", "/asked", "std_srvs/srv/Trigger"]
+    asking = subprocess.Popen([Path(sys.executable).with_name("ros2"), *words], stdout=subprocess.DEVNULL)
+    try:
+        look = session.node.get_publishers_info_by_topic
+        assert session.until(lambda: look("rq/askedRequest", no_mangle=True), timeout=20.0)
+        session.begin_check("")
+        judging.judge("server.py", names=("/asked",))
+        others = str(session.meanwhile)
+        assert f"process {asking.pid} (" in others and "may have called /asked meanwhile" in others
+    finally:
+        asking.kill()
+        asking.wait()
+    session.end_check(passed=True)
 
 
 def test_the_node_of_a_service_may_be_known_later_than_the_service(folder, session, monkeypatch):

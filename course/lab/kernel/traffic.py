@@ -35,6 +35,7 @@ from course.recorders import STATUS
 from course.ros import messages
 from course.ros.names import is_hidden, type_name
 from course.ros.rclpy_internals import (
+    ClientWatcher,
     RCLError,
     action_name,
     action_type,
@@ -113,7 +114,7 @@ class _Asked:
         return (NEVER_TAKEN if self.untaken else TOO_LATE if self.answered else GAVE_UP).format(self.exchange.by)
 
 
-class Traffic:
+class Traffic(ClientWatcher):
     """Watches a session until `close`."""
 
     def __init__(self, live: Session):

@@ -1,0 +1,87 @@
+"""Those that use the names of a public check while it runs: a check takes what they send for its own."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+from rclpy.action import ActionClient
+from rclpy.client import Client
+from rclpy.task import Future
+
+from course.ros.rclpy_internals import ClientWatcher, action_name, owner, watch_clients
+from course.session.live_node import LiveNode
+from course.session.outsiders import Outsider, Outsiders
+from course.session.watch import Handle
+
+
+class Meanwhile(ClientWatcher):
+    """A record of the requests and goals that the notebook's own nodes send while a check runs."""
+
+    def __init__(self, handles: Mapping[str, Handle], outsiders: Outsiders):
+        self._handles, self._outsiders = handles, outsiders
+        self._names: set[str] = set()
+        self._sent: Counter[tuple[str, str]] = Counter()  # by the sender's node and the name
+        self._clients: list[tuple[Outsider, str]] = []  # of programs outside, when the check began
+        self._end: Callable[[], None] | None = None
+
+    def begin(self) -> None:
+        """Begin with nothing, as a check does."""
+        self.end()
+        self._names.clear()
+        self._sent.clear()
+        self._clients.clear()
+        self._end = watch_clients(self)
+
+    @property
+    def goes_on(self) -> bool:
+        """Return True while a check runs."""
+        return self._end is not None
+
+    def end(self) -> None:
+        """End the record, and keep it."""
+        self._names |= self._of_check()
+        if self._end:
+            self._end()
+        self._end = None
+
+    def uses(self, names: Iterable[str]) -> None:
+        """Note that the check uses these services, actions and topics, and who has a client of one already."""
+        new = {*names} - self._names
+        self._names |= new
+        self._clients += [(each, name) for name in sorted(new) for each in self._outsiders.calling(name)]
+
+    def called(self, client: Client, request: Any, future: Future, at: float) -> None:
+        """Count a request."""
+        self._sent[owner(client), client.service_name] += 1
+
+    def goal_begins(self, client: ActionClient, goal: Any, goal_id: bytes, *, own: bool) -> None:
+        """Count a goal."""
+        self._sent[owner(client), action_name(client)] += 1
+
+    def __str__(self) -> str:
+        """Return who else has used a name of the check, and how to end it; '' for nobody."""
+        found = [*self._own(), *self._outside()]
+        return f"{' '.join(found)} The check cannot tell that from its own calls: run it again then." if found else ""
+
+    def _nodes(self) -> list[LiveNode]:
+        return [handle for handle in list(self._handles.values()) if isinstance(handle, LiveNode)]
+
+    def _of_check(self) -> set[str]:
+        """Return the services of the check's own nodes."""
+        return {service.service_name for each in self._nodes() if each.of_check for service in each.node.services}
+
+    def _own(self) -> Iterator[str]:
+        names = self._names | self._of_check()
+        for (sender, name), count in self._sent.items():
+            for each in self._nodes():
+                if sender in each.nodes and name in names and not each.of_check:
+                    times = "once" if count == 1 else f"{count} times"
+                    yield (
+                        f"{each.name} of this notebook has called {name} {times} meanwhile. "
+                        f"To end it: ros.stop('{each.name}')."
+                    )
+
+    def _outside(self) -> Iterator[str]:
+        for each, name in self._clients:
+            if each.pid in {now.pid for now in self._outsiders.calling(name)}:  # its name may be known only now
+                yield f"{each} may have called {name} meanwhile: it has a client of it. To end it: {each.ending}."
