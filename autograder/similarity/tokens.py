@@ -21,6 +21,8 @@ NAME, NUMBER, STRING, NEWLINE = "n", "0", "s", "\n"
 
 # With what a statement begins that only computes.
 HARMLESS = {NAME, NUMBER, STRING, *OPENING, "-", "+", "~", "not", "True", "False", "None", "assert", "pass", "..."}
+COMPARING = {"==", "!=", "<=", ">="}
+NAMING = {"global", "nonlocal", "import", "from", "lambda"}  # does nothing without what follows
 
 
 @dataclass(frozen=True)
@@ -130,19 +132,23 @@ def names_type(statement: list[Token], text: str) -> bool:
 def does_something(statement: list[Token], text: str) -> bool:
     """Return False for a statement that anybody can add anywhere, and nothing changes: `x = 0`, a docstring, `pass`.
 
-    It only computes, by names and literals without any attribute, and gives the results a name at most.
+    It only computes, by names and literals, and gives the results a name at most if there is no attribute among them.
     """
     if not statement:
         return False
     kinds = [token.kind for token in statement]
+    if kinds[0] in NAMING:
+        return False
     for before, token in pairwise(statement):
         called = token.kind == "(" and before.kind in (NAME, ")", "]")
         if token.kind == "[" and before.kind in (NAME, ")", "]"):
             return True
         if called and text[before.start : before.end] not in COMPUTING:
             return True
-    if "." in kinds or kinds[-1] == ":":
+    if kinds[-1] == ":":
         return kinds[0] not in CONDITIONS or NAME in kinds
+    if "." in kinds:  # read alone, as in `request.a`, an attribute does nothing
+        return kinds[0] not in HARMLESS or any(each.endswith("=") and each not in COMPARING for each in kinds)
     return kinds[0] not in HARMLESS
 
 

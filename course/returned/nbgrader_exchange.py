@@ -35,10 +35,10 @@ def folder() -> Path | None:
 
 
 def _may_be_configured() -> bool:
-    """Return True if one of the files that nbgrader reads may say where the exchange is."""
+    """Return True if one of the files that `_fetcher` reads may say where the exchange is."""
     from jupyter_core.paths import jupyter_config_path
 
-    for path in (Path(place, name) for place in (*jupyter_config_path(), ".") for name in CONFIGURED_IN):
+    for path in (Path(place, name) for place in jupyter_config_path() for name in CONFIGURED_IN):
         with contextlib.suppress(OSError):
             if CONFIGURED_BY.search(path.read_text(encoding="utf-8", errors="replace")):
                 return True
@@ -82,7 +82,10 @@ def _courses(assignment: str) -> list[str]:
 
 
 def _fetcher(course: str, assignment: str) -> Any:
-    """Return nbgrader's own fetcher of feedback, without its messages."""
+    """Return nbgrader's own fetcher of feedback, without its messages.
+
+    It is configured as this user and this machine are; a folder, which may be somebody else's, is not asked.
+    """
     from nbgrader.apps import NbGrader
     from nbgrader.coursedir import CourseDirectory
     from nbgrader.exchange import ExchangeFactory
@@ -90,6 +93,7 @@ def _fetcher(course: str, assignment: str) -> Any:
     app = NbGrader()
     app.log = logging.getLogger(__name__)
     app.log.setLevel(logging.CRITICAL + 1)
+    app.load_cwd_config = False
     app.load_config_file()
     directory = CourseDirectory(config=app.config)
     directory.course_id, directory.assignment_id = course, assignment

@@ -21,7 +21,7 @@ from course.explaining.source import ONE_AT_A_TIME, answering, blocked, second_c
 from course.foundation.waiting import Lasting, wait_until
 from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
-from course.session.guards import say
+from course.session.guards import in_main_thread, say
 from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
@@ -390,7 +390,8 @@ class Calls:
                 raise CallTimeout(f"no server for {client.service_name}. {why}")
         left = timeout - GRACE
         if left > PATIENT and not wait_until(client.service_is_ready, TELLING):
-            say(f"Still waiting for {client.service_name}. {self.apart(client)}")
+            if in_main_thread():  # another thread's message would stand below a cell that waits for nothing
+                say(f"Still waiting for {client.service_name}. {self.apart(client)}")
             left -= TELLING
         stuck, unfit = self._stuck("create_service", client.service_name), self._later_unfit(client)
         if (

@@ -331,9 +331,12 @@ def test_in_a_class_one_reads_whether_feedback_is_missing_because_nothing_was_ha
         reading.find(folder)
 
 
-def test_the_command_finds_what_was_released(released, folder):
+def test_the_command_finds_what_was_released_and_runs_no_configuration_of_the_folder(released, folder):
+    """The folder may have come from somebody else."""
+    (folder / "nbgrader_config.py").write_text("open('ran', 'w')  # Exchange\n")
     ran = run(folder)
     assert "Services: 10 of 15 points" in ran.stdout, ran.stderr
+    assert not (folder / "ran").exists()
 
 
 def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):

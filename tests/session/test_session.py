@@ -686,3 +686,23 @@ def test_an_interrupted_wait_is_shown_in_a_line(session, monkeypatch):
     with pytest.raises(KeyboardInterrupt) as pressed:
         session.until(press)
     assert pressed.value._render_traceback_() == ["KeyboardInterrupt: the cell was interrupted. The session goes on."]
+
+
+@pytest.mark.parametrize(("in_a_thread", "says"), [(False, "Still waiting for /nowhere."), (True, "")])
+def test_a_cell_alone_is_told_that_it_still_waits(session, monkeypatch, capsys, in_a_thread, says):
+    """A panel's call waits in a thread, and its message would stand below a cell that waits for nothing."""
+    monkeypatch.setattr("course.session.calls.TELLING", 0.2)
+    monkeypatch.setattr("course.session.calls.PATIENT", 0.1)
+
+    def wait() -> None:
+        with pytest.raises(CallTimeout, match="/nowhere"):
+            session.wait_for_service("/nowhere", Trigger, 1.5)
+
+    if in_a_thread:
+        thread = threading.Thread(target=wait)
+        thread.start()
+        thread.join()
+    else:
+        wait()
+    told = capsys.readouterr().err
+    assert told.startswith(says) and bool(told) == bool(says)
