@@ -313,8 +313,8 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (
         r"only integer scalar arrays can be converted to a scalar index|array indices must be integers",
         _says(
-            "Only an array of NumPy can be indexed with conditions or an array, and the list in a message is none: "
-            "make it one first, `np.array(scan.ranges)`, for example."
+            "Only an array of NumPy can be indexed with conditions or an array. Make one of the list in the message: "
+            "`np.array(scan.ranges)`, for example."
         ),
     ),
     (

@@ -211,7 +211,7 @@ UNNAMED = "NameError: name '{}' is not defined"
             "TypeError: only integer scalar arrays can be converted to a scalar index",
             "",
             "scan.ranges[usable]",
-            "the list in a message is none: make it one first",
+            "Make one of the list in the message",
         ),
         (
             "TypeError: unsupported operand type(s) for *: 'float' and 'range'",
