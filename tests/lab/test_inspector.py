@@ -238,6 +238,13 @@ def test_a_goal_is_canceled_and_each_step_of_that_is_told(kernel, page):
     assert "it has ended" in page.ask("inspector.cancel", number=state["number"])["error"]
 
 
+def test_a_goal_that_is_aborted_by_an_exception_shows_it(kernel, page):
+    """The 48th number is too large for an int32."""
+    state = follow(page, "aborted", **FIBONACCI, given={"order": "60"})
+    note = (state if state["state"] == "over" else ended(page))["note"]
+    assert note.startswith("Its callback has raised an exception.\n") and "servers.py, line" in note
+
+
 LATE = """import pathlib, time, rclpy
 while not pathlib.Path('go').exists():
     time.sleep(0.05)

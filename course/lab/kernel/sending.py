@@ -16,6 +16,7 @@ from rclpy.publisher import Publisher
 from rclpy.task import Future
 
 from course.errors import CourseError
+from course.explaining.failure_report import FailureReport
 from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import Exchange, keep
 from course.lab.kernel.forms import Interface
@@ -31,6 +32,7 @@ RATES = (0.1, 100.0)  # Hz
 UNSEEN = 0.5  # s that a repeated publication may be unseen, as while one part of the Inspector replaces another
 NOTED = 0.5  # s between two notes on the number of messages
 LOOK = 0.25  # s between two checks that an action server is still there
+RAISED = 0.5  # s in which it becomes known that the callback of an aborted goal has raised an exception
 GONE = 2.0  # s that it may be missing from the graph
 UNWATCHED = (
     "It has ended: another panel or another notebook came to the front, or the page was closed, and it goes on only "
@@ -178,6 +180,7 @@ class Goal(GoalRecorder):
         self.answered = threading.Event()
         self.ended = threading.Event()
         self.cancel_unanswered = threading.Event()
+        self.aborted = False
 
     def add(self, *nameless: object, **values: object) -> None:
         """Add an event to the exchange; nothing is kept here."""
@@ -187,6 +190,7 @@ class Goal(GoalRecorder):
         self._exchange.add(event, self._goal if event == "goal" else values.get("message"))
         if event in ("accepted", "rejected"):
             self.answered.set()
+        self.aborted = event == "aborted"
         if event in self.END or event == "unknown":
             self.ended.set()
 
@@ -226,10 +230,8 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
                     f"the action server of {name} was started again and does not know this goal: no result will come"
                 )
             if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
-                report = live.watch.reason(
-                    f"{name}/_action/send_goal", lambda handle: may_act(handle.source, name), again=True
-                )
-                raise CourseError(f"the action server of {name} has gone: no result will come.\n{report or ''}".strip())
+                why = raised(again=True) or ""
+                raise CourseError(f"the action server of {name} has gone: no result will come.\n{why}".strip())
             if sent.cancel_unanswered.is_set() and not wait_until(
                 lambda: not sent.cancel_unanswered.is_set() or sent.ended.is_set(), CANCEL
             ):
@@ -238,6 +240,12 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
                     "SingleThreadedExecutor, nothing else is handled: use a MultiThreadedExecutor, or await in it."
                 )
                 sent.cancel_unanswered.clear()
+        if sent.aborted and (report := wait_until(raised, RAISED)):
+            exchange.end(note=f"Its callback has raised an exception.\n{report}")
+
+    def raised(*, again: bool = False) -> FailureReport | None:
+        """Return what a callback of the server has raised, and with `again`, also what the reader knows already."""
+        return live.watch.reason(f"{name}/_action/send_goal", lambda handle: may_act(handle.source, name), again=again)
 
     return _begun(exchange, work)
 

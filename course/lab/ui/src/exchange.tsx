@@ -84,7 +84,7 @@ export function ExchangeView({ link, number, onlooker = false, remark }: View): 
       {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
       <div role="status">
         {exchange?.state === 'running' && waits(exchange) && <p>Waiting for {awaited(exchange)} …</p>}
-        {exchange?.note && <p>{exchange.note}</p>}
+        {exchange?.note && <p className="ros-lines">{exchange.note}</p>}
         {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
         {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
       </div>
