@@ -150,14 +150,14 @@ def exports(folder: Path, shell: int, session: str) -> str:
                 where = f"the {notebook}" if notebook else "your other terminals"
                 print(f"This terminal is now in ROS domain {now}, with {where}.", file=sys.stderr)
             elif notebook:
-                print(f"The {notebook} is now in ROS domain {now}, where this terminal is.", file=sys.stderr)
+                print(f"The {notebook} has joined this terminal in ROS domain {now}.", file=sys.stderr)
     return "\n".join(f"export {name}={shlex.quote(value)}" for name, value in variables.items())
 
 
 def _no_session(domain: str) -> str:
     return (
         "The notebook in front has no session: run its cell with ros = course.live(). "
-        f"Until then, this terminal is in ROS domain {domain}, in which no notebook is."
+        f"Until then, this terminal is in ROS domain {domain}, without a notebook."
     )
 
 

@@ -68,8 +68,8 @@ class Progress(list[Part]):
         done = [part for part in self if part.done]
         reached, all_points = (sum(part.points for part in parts) for parts in (done, self))
         return (
-            f"{len(done)} of {len(self)} parts done, worth up to {reached:g} of {all_points:g} points: "
-            "your instructor's tests decide."
+            f"{len(done)} of {len(self)} parts done: so far {reached:g} of {all_points:g} points at most. "
+            "Your instructor's tests decide."
             + (f" Not counted: {', '.join(section for section, _ in self.unread)}." if self.unread else "")
         )
 

@@ -73,7 +73,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(checks).to_contain_text("…greets: waiting for the cell that runs")
     (lab[2] / "steps/greeter/end").touch()
     expect(checks).to_contain_text("✓greets: passed")
-    expect(panel).to_contain_text("1 of 2 parts done, worth up to 2 of 5 points")
+    expect(panel).to_contain_text("1 of 2 parts done: so far 2 of 5 points at most")
     # What changes on the disk is seen, and told from a change of the cell.
     (lab[2] / "steps/greeter/greeter.py").write_text(f"{SERVER}# by hand\n")
     expect(panel).to_contain_text("the file was edited, its cell was not")

@@ -507,7 +507,7 @@ def test_a_terminal_of_jupyterlab_says_that_the_notebook_in_front_has_no_session
         terminal.read_until(nobody)
         first = re.search(r"domain (\d+)\)", terminal.read_until(r"domain \d+\)\S* \$ $"))[1]
         assert kernels[0].run(live) == first
-        here = r"The notebook in {} is now in ROS domain {}, where this terminal is\."
+        here = r"The notebook in {} has joined this terminal in ROS domain {}\."
         terminal.type(AGAIN)
         terminal.read_until(here.format(re.escape(tmp_path.name), first))
         terminal.read_until(rf"\(domain {first}\)")

@@ -133,7 +133,7 @@ def test_a_check_that_names_a_file_depends_on_that_and_what_it_uses(section, tmp
 def test_points_are_those_of_the_cells_and_are_promised_to_nobody(section, tmp_path):
     section("services", check("relay", points=8), check("motor", count=None, points=12), question("It blocks."))
     told = progress(tmp_path)
-    assert told.summary.startswith("2 of 3 parts done, worth up to 13 of 25 points")
+    assert told.summary.startswith("2 of 3 parts done: so far 13 of 25 points at most")
     assert repr(told).splitlines()[1].split() == ["services", "relay", "passed", "8"]
     assert told._repr_html_().count("<tr>") == 4 and "✓ passed" in told._repr_html_()
 
