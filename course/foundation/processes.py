@@ -82,6 +82,14 @@ def threaded(pid: int, name: str) -> float:
         return 0.0
 
 
+def stopped(pid: int) -> bool:
+    """Return True if a process was stopped, as by Ctrl-Z in its terminal, and has not gone on since."""
+    try:
+        return stat(pid)[0] == "T"
+    except (OSError, IndexError):
+        return False
+
+
 def sleeping(pid: int) -> bool:
     """Return True if every thread of a process waits (state S), and none runs, is about to run or is stopped.
 

@@ -116,7 +116,7 @@ def judge(
         for who, ending in session.others(name):
             raise LiveError(f"{file} cannot be checked while {who} also uses {name}. To end it: {ending}.")
     session.meanwhile.uses(names)
-    return session.start(file, *arguments, parameters=parameters)
+    return session.meanwhile.judges(session.start(file, *arguments, parameters=parameters))
 
 
 class Beside(NodeProcess):

@@ -20,6 +20,7 @@ class Meanwhile(ClientWatcher):
     def __init__(self, handles: Mapping[str, Handle], outsiders: Outsiders):
         self._handles, self._outsiders = handles, outsiders
         self._names: set[str] = set()
+        self._judged: list[Handle] = []
         self._sent: Counter[tuple[str, str]] = Counter()  # by the sender's node and the name
         self._clients: list[tuple[Outsider, str]] = []  # of programs outside, when the check began
         self._end: Callable[[], None] | None = None
@@ -28,6 +29,7 @@ class Meanwhile(ClientWatcher):
         """Begin with nothing, as a check does."""
         self.end()
         self._names.clear()
+        self._judged.clear()
         self._sent.clear()
         self._clients.clear()
         self._end = watch_clients(self)
@@ -39,10 +41,15 @@ class Meanwhile(ClientWatcher):
 
     def end(self) -> None:
         """End the record, and keep it."""
-        self._names |= self._of_check()
+        self._names |= self._services()
         if self._end:
             self._end()
         self._end = None
+
+    def judges(self, started: Handle) -> Handle:
+        """Note a file that the check has started, and return it."""
+        self._judged.append(started)
+        return started
 
     def uses(self, names: Iterable[str]) -> None:
         """Note that the check uses these services, actions and topics, and who has a client of one already."""
@@ -60,28 +67,30 @@ class Meanwhile(ClientWatcher):
 
     def __str__(self) -> str:
         """Return who else has used a name of the check, and how to end it; '' for nobody."""
-        found = [*self._own(), *self._outside()]
-        return f"{' '.join(found)} The check cannot tell that from its own calls: run it again then." if found else ""
+        return " ".join([*self._own(), *self._outside()])
 
     def _nodes(self) -> list[LiveNode]:
         return [handle for handle in list(self._handles.values()) if isinstance(handle, LiveNode)]
 
-    def _of_check(self) -> set[str]:
-        """Return the services of the check's own nodes."""
-        return {service.service_name for each in self._nodes() if each.of_check for service in each.node.services}
+    def _services(self) -> set[str]:
+        """Return the services of the check's own nodes and of the file that it judges, those for parameters, too."""
+        judged = {name for each in self._judged for name in each.services}
+        return judged | {
+            service.service_name for node in self._nodes() if node.of_check for service in node.node.services
+        }
 
     def _own(self) -> Iterator[str]:
-        names = self._names | self._of_check()
+        names = self._names | self._services()
         for (sender, name), count in self._sent.items():
             for each in self._nodes():
                 if sender in each.nodes and name in names and not each.of_check:
                     times = "once" if count == 1 else f"{count} times"
                     yield (
-                        f"{each.name} of this notebook has called {name} {times} meanwhile. "
+                        f"{each.name} of this notebook has called {name} {times} meanwhile, which may be why. "
                         f"To end it: ros.stop('{each.name}')."
                     )
 
     def _outside(self) -> Iterator[str]:
         for each, name in self._clients:
             if each.pid in {now.pid for now in self._outsiders.calling(name)}:  # its name may be known only now
-                yield f"{each} may have called {name} meanwhile: it has a client of it. To end it: {each.ending}."
+                yield f"{each} has a client of {name}: it may have called it meanwhile. To end it: {each.ending}."

@@ -78,7 +78,11 @@ class Outsider:
     @property
     def ending(self) -> str:
         """Return instructions for ending it."""
-        return f"Ctrl-C in its terminal, or `!kill {self.pid}`" if self.pid else "Ctrl-C where it was started"
+        if not self.pid:
+            return "Ctrl-C where it was started"
+        if processes.stopped(self.pid):  # by Ctrl-Z: another signal would wait until it goes on
+            return f"`fg` and Ctrl-C in its terminal, or `!kill -9 {self.pid}`"
+        return f"Ctrl-C in its terminal, or `!kill {self.pid}`"
 
 
 class Outsiders:

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 from IPython.core.error import UsageError
+from rcl_interfaces.srv import ListParameters
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -178,9 +179,10 @@ def test_who_else_calls_while_a_check_runs_is_named_and_who_only_could_is_not(fo
     assert str(session.meanwhile) == ""
     for times in ("once", "2 times"):
         asking.asks.call_async(Trigger.Request())
-        assert str(session.meanwhile).startswith(
-            f"asking of this notebook has called /asked {times} meanwhile. To end it: ros.stop('asking'). The check"
-        )
+        told = f"asking of this notebook has called /asked {times} meanwhile, which may be why. To end it: ros.stop("
+        assert str(session.meanwhile).startswith(told)
+    asking.create_client(ListParameters, "/asked/list_parameters").call_async(ListParameters.Request())
+    assert session.until(lambda: "has called /asked/list_parameters once" in str(session.meanwhile))
     session.end_check(passed=False)
     assert not session.meanwhile.goes_on and "asking" in str(session.meanwhile)
     session.begin_check("")
@@ -198,7 +200,7 @@ def test_a_command_that_could_call_while_a_check_runs_is_named(folder, session):
         session.begin_check("")
         judging.judge("server.py", names=("/asked",))
         others = str(session.meanwhile)
-        assert f"process {asking.pid} (" in others and "may have called /asked meanwhile" in others
+        assert f"process {asking.pid} (" in others and "has a client of /asked: it may have called it" in others
     finally:
         asking.kill()
         asking.wait()

@@ -1,6 +1,7 @@
 """Programs outside of a session: who answers is told, with the process, and `nodes` has each of them."""
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -142,6 +143,16 @@ def test_a_kernel_a_jupyterlab_or_a_shell_may_not_be_stopped(tmp_path, program, 
         wait_until(Path(f"/proc/{process.pid}/cmdline").read_text, 5.0)  # it is empty for a moment after the start
         assert (Outsider("/node", process.pid).process is not None) == may
     assert Outsider("/node", os.getppid()).process is None  # it has started this process
+
+
+def test_a_program_that_ctrl_z_has_stopped_is_ended_by_what_does_not_wait_for_it():
+    with subprocess.Popen(["sleep", "60"]) as process:
+        outsider = Outsider("/node", process.pid)
+        assert outsider.ending == f"Ctrl-C in its terminal, or `!kill {process.pid}`"
+        process.send_signal(signal.SIGSTOP)
+        ending = f"`fg` and Ctrl-C in its terminal, or `!kill -9 {process.pid}`"
+        assert wait_until(lambda: outsider.ending == ending, 9)
+        process.kill()
 
 
 def test_a_process_without_a_command_line_may_not_be_stopped(monkeypatch):
