@@ -25,7 +25,7 @@ from course.session.guards import in_main_thread, say
 from course.session.interface_usage import is_of
 from course.session.live_node import LiveNode
 from course.session.long_callbacks import LongCallbacks
-from course.session.matching import served_services, unfit_service, unfit_topics, unserved
+from course.session.matching import listing, served_services, unfit_service, unfit_topics, unserved
 from course.session.node_process import NodeProcess
 from course.session.offered import client_for_service, may_serve, never_made, none_will_offer
 from course.session.outsiders import Outsiders
@@ -35,7 +35,6 @@ from course.session.watch import Handle, Watch
 
 INVALID = "Callback returned an invalid type"  # rclpy's reason when a parameter callback returned no result
 LOOK = 0.05  # s between two checks whether the node that should answer has died
-LISTED = 8  # services that are named in a message
 DROPPED = 1.0  # s at rest, after which a server with an old definition has dropped the request
 OLD = "still uses the old definition"
 GONE = 0.7  # s without a server, after which a request that was sent is given up: the next server does not receive it
@@ -542,7 +541,7 @@ class Calls:
         if kind.startswith(OF_EVERY_NODE):  # its node is missing
             node, _, _ = client.service_name.rpartition("/")
             nodes = sorted(full(name, space) for name, space in self.node.get_node_names_and_namespaces())
-            listed = ", ".join([name for name in nodes if not base(name).startswith("_")][:LISTED])
+            listed = listing([name for name in nodes if not base(name).startswith("_")], node)
             return (
                 f"No node is called {node}. Nodes here: {listed}."
                 if listed
@@ -554,7 +553,7 @@ class Calls:
             return f"It is served with the type {others[0]}, but you use {kind}."
         if unfit := self._misfit(client):
             return unfit
-        listed = ", ".join(sorted(served)[:LISTED])
+        listed = listing(served, client.service_name)
         at = self.beginning("create_service", client.service_name)
         if served and not self._without_service(client.service_name):
             programs = (each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive)

@@ -3,7 +3,7 @@
 import contextlib
 import difflib
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, cast
 
 from rclpy.action import ActionClient, get_action_names_and_types
@@ -21,7 +21,7 @@ from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, ac
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
-LISTED = 6  # topics that are named in a message
+LISTED = 8  # names in a message
 ALIKE = 0.8  # least similarity of two topics' names of which one may be meant for the other
 NUMBER = re.compile(r"\d+")
 
@@ -57,7 +57,7 @@ def unmatched(node: Node, end: Publisher | Subscription, handles: Mapping[str, H
         )
     same = [name for name, kinds in node.get_topic_names_and_types() if kind in kinds]
     offers = sorted(f"{each.node_name} {verb} {name}" for name in same for each in _others(node, name, publishes))
-    return f"No node {verb} {topic} ({kind})." + (f" Of this type, {', '.join(offers[:LISTED])}." if offers else "")
+    return f"No node {verb} {topic} ({kind})." + (f" Of this type, {listing(offers, topic)}." if offers else "")
 
 
 def _asked(end: Publisher | Subscription) -> tuple[bool, str, str, str]:
@@ -65,6 +65,14 @@ def _asked(end: Publisher | Subscription) -> tuple[bool, str, str, str]:
     publishes = isinstance(end, Publisher)
     verb = "subscribes to" if publishes else "publishes"
     return publishes, verb, type_name(cast(type, end.msg_type)), end.topic_name
+
+
+def listing(names: Iterable[str], wanted: str) -> str:
+    """Return names as a list, of more than LISTED those that are most like the `wanted` one."""
+    known = sorted(names)
+    alike = sorted(known, key=lambda name: -difflib.SequenceMatcher(None, name, wanted).ratio())[:LISTED]
+    more = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    return ", ".join(sorted(alike)) + more
 
 
 def unserved(node: Node, client: ActionClient) -> str:

@@ -22,7 +22,7 @@ from course.explaining.failure_report import hint_on
 from course.ros.rclpy_internals import RCLError
 from course.session import guards, live, matching
 from course.session.live import TELLING, Session
-from course.session.matching import unfit_service, unfit_topics, unlike_clients
+from course.session.matching import listing, unfit_service, unfit_topics, unlike_clients
 from course.session.no_world import no_world
 from course.session.offered import may_act, may_serve
 from course.world.node import World
@@ -443,3 +443,9 @@ def test_a_topic_that_has_another_type_in_this_kernel_is_named_with_both_types(m
         )
     finally:
         session.close()
+
+
+def test_of_many_names_those_most_like_the_wanted_one_are_listed():
+    names = [f"/motor_service/{name}" for name in "abcdefghij"] + ["/motors/enable"]
+    assert listing(names, "/motors/enabled").endswith(", /motors/enable and 3 more")
+    assert listing(["/b", "/a"], "/c") == "/a, /b"
