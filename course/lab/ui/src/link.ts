@@ -24,6 +24,9 @@ interface Subscription {
   hasFailed: boolean;
 }
 
+/** The page's own name in the kernel, which tells the pages apart that drive the robot. */
+export const PAGE = crypto.getRandomValues(new Uint32Array(4)).join('-');
+
 const LONGEST = 10000; // ms between two tries to reach the server
 const AGAIN = 3000; // ms until a subscription that has ended with an error is begun again
 
