@@ -82,9 +82,14 @@ def begin_home(home: Path) -> None:
 
 
 @contextlib.contextmanager
-def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, str]]:
-    """A JupyterLab that serves `folder`, with a home below `base`: its address and its token."""
-    token = secrets.token_hex(16)
+def serving(
+    base: Path, folder: Path, before: tuple[str, str] | None = None, **variables: str
+) -> Iterator[tuple[str, str]]:
+    """A JupyterLab that serves `folder`, with a home below `base`: its address and its token.
+
+    They are those of one `before` if that is given.
+    """
+    token = before[1] if before else secrets.token_hex(16)
     home = base / "home"
     begin_home(home)
     own = {
@@ -94,7 +99,8 @@ def serving(base: Path, folder: Path, **variables: str) -> Iterator[tuple[str, s
         "COURSE_ARRANGE": "1",  # as environment/start does
         "COURSE_CACHE": str(Path.home() / ".cache" / "ros2-course"),
     }
-    port, said = free_port(), base / "jupyterlab.log"
+    port = int(before[0].rpartition(":")[2]) if before else free_port()
+    said = base / "jupyterlab.log"
     clean = {name: value for name, value in os.environ.items() if name != "ROS_DOMAIN_ID"}
     server = subprocess.Popen(
         [

@@ -107,12 +107,19 @@ def test_a_page_that_is_loaded_again_meanwhile_says_what_was_handed_in(lab, page
 @pytest.mark.matrix  # tests/course/test_hand_in.py has the doubts
 def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     _, _, served = lab
-    write_greeter(served / "doubtful")
-    (served / "doubtful/greeter.py").write_text("print('edited elsewhere')\n")
+    write_greeter(served / "doubtful", answer="# YOUR CODE HERE\n")
+    (served / "doubtful/greeter.py").write_text("# YOUR CODE HERE\n")
     open_page(page, lab, "doubtful/doubtful.ipynb")
     button = page.get_by_role("button", name="Hand in", exact=True)
     button.click()
     dialog = page.get_by_role("dialog")
+    expect(dialog).to_contain_text("greeter.py still has a line # YOUR CODE HERE: fill it in")
+    expect(dialog.locator("code")).to_have_text("# YOUR CODE HERE")
+    keep_picture(page, "hand-in-code")
+    dialog.get_by_role("button", name="Cancel").click()
+    dialog.wait_for(state="detached")
+    (served / "doubtful/greeter.py").write_text("print('edited elsewhere')\n")
+    button.click()
     expect(dialog).to_contain_text("greeter.py differs from its cell")
     dialog.get_by_role("button", name="Cancel").click()
     dialog.wait_for(state="detached")
@@ -176,3 +183,9 @@ def test_on_a_narrow_page_the_notebook_has_the_room(lab, page):
     page.set_viewport_size({"width": 390, "height": 844})
     page.goto(f"{address}/lab/tree/calculator.ipynb?token={token}&reset")
     page.wait_for_function("() => document.querySelector('.jp-NotebookPanel')?.getBoundingClientRect().width > 280")
+    page.set_viewport_size({"width": 640, "height": 400})  # one of 1280 px at 200 %
+    for name in ("Exercise", "Nodes", "Inspector", "Graph"):
+        tab = page.get_by_role("tab", name=name, exact=True)
+        tab.scroll_into_view_if_needed()
+        expect(tab).to_be_in_viewport(ratio=0.95)  # but for a part of a pixel
+    keep_picture(page, "tabs-of-a-low-page")

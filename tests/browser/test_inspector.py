@@ -65,7 +65,11 @@ def check_a_parameter(panel) -> None:
     limit.fill("x")
     panel.get_by_role("button", name="Set", exact=True).click()
     expect(panel).to_contain_text("Not sent. One field needs another look. The timeline below is that of the last one")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("serial")
+    expect(panel.get_by_label("serial string")).to_be_disabled()  # it is read-only
+    expect(panel.get_by_role("button", name="Set", exact=True)).to_be_disabled()
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
+    expect(panel.get_by_role("button", name="Set", exact=True)).to_be_enabled()
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
     expect(speed).to_have_value("1.0")
     panel.get_by_label("What to do").select_option("Send a goal")

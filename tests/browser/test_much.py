@@ -8,11 +8,12 @@ import nbformat
 import pytest
 from playwright.sync_api import Page, expect
 
-from tests.browser.conftest import WAIT
+from tests.browser.conftest import WAIT, serving
 from tests.browser.pages import (
     cell,
     choose,
     draws_within,
+    keep_picture,
     open_page,
     run_cell,
     run_from_palette,
@@ -25,6 +26,12 @@ from tests.lab.test_inspector import SERVERS
 expect.set_options(timeout=WAIT)
 pytestmark = pytest.mark.matrix  # loads, and what the tests of each panel show of it alone
 
+# Keeps the text of a panel whenever it changes.
+KEEP = """panel => {
+  window.texts = [];
+  new MutationObserver(() => texts.push(panel.textContent)).observe(
+    panel, { subtree: true, childList: true, characterData: true });
+}"""
 SMOOTH = 2000  # ms between two pictures at most, on a busy machine
 MANY = """import rclpy
 from rclpy.executors import SingleThreadedExecutor
@@ -186,3 +193,23 @@ def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the
         begin_session(page)
         expect(panel).not_to_contain_text("The kernel has ended")
     expect(graph).to_contain_text("No node runs.")
+
+
+def test_a_server_that_is_started_again_is_found_within_seconds_and_no_kernel_was_restarted(chromium, tmp_path):
+    page = chromium.new_page()
+    page.set_default_timeout(WAIT)
+    served = tmp_path / "served"
+    write_greeter(served / "served_again")
+    with serving(tmp_path, served) as server:
+        open_page(page, (*server, served), "served_again/served_again.ipynb")
+        panel = show_panel(page, "Nodes")
+        begin_session(page)
+        expect(panel).not_to_contain_text("There is no live session")
+        panel.evaluate(KEEP)
+    expect(panel).to_contain_text("Jupyter’s server does not answer.")
+    with serving(tmp_path, served, server):
+        expect(panel).not_to_contain_text("Jupyter’s server does not answer.", timeout=15_000)
+        expect(panel).not_to_contain_text("Connecting")
+        assert not [text for text in page.evaluate("texts") if "was restarted" in text or "no live session" in text]
+        keep_picture(page, "served-again")
+    page.close()

@@ -206,12 +206,15 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     assert [float(put[1]), float(put[2])] == pytest.approx(wanted, abs=0.05)
     dropping, facts = view.get_by_role("button", name="Drop an obstacle"), view.locator(".ros-Robot-facts")
     assert dropping.bounding_box()["y"] < facts.bounding_box()["y"]  # near the picture, in which one clicks then
+    tools = view.get_by_role("group", name="Arrow keys and mouse")
     dropping.click()
     page.mouse.click(*middle)
     expect(view).to_contain_text("No obstacle fits there: the robot stands there. Click in the room")
     expect(dropping).to_have_attribute("aria-pressed", "true")  # to be tried elsewhere
+    expect(tools.locator("[aria-pressed='true']")).to_have_count(1)
     page.keyboard.press("Escape")
     expect(dropping).to_have_attribute("aria-pressed", "false")
+    expect(view.get_by_role("button", name="Move the robot")).to_have_attribute("aria-pressed", "true")
 
     slider = view.get_by_label("obstacle_threshold")
     shown = slider.input_value()
@@ -247,6 +250,8 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view.locator(".ros-Robot-said")).to_have_text("An obstacle was dropped.")
     page.keyboard.press("o")
     expect(view.locator(".ros-Robot-said")).to_contain_text("No obstacle fits there")
+    dropping.click()
+    expect(view.locator(".ros-Robot-said")).to_contain_text("Click in the room, where the obstacle is to be")
     run_cell(page, 2, "ros.stop('world')")
     expect(view).to_contain_text("No robot any more.")
     expect(view.locator(".ros-Robot-said")).to_have_text("")
@@ -324,11 +329,18 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
         page.mouse.up()
         expect(speeds).to_contain_text("none any more: the robot has stopped")
     whole = view_of(canvas)[0]
+    for name in ("Zoom out", "Fit room"):
+        expect(view.get_by_role("button", name=name)).to_have_attribute("aria-disabled", "true")
     view.get_by_role("button", name="Zoom in", exact=True).click()
     expect(view.get_by_text("Zoom in", exact=True).first).to_be_visible()  # `+` alone is the key for a faster world
     canvas.press("i")
     assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(2.25 * whole, abs=0.01), WAIT / 1e3)
+    for _ in range(5):
+        canvas.press("i")
+    expect(view.get_by_role("button", name="Zoom in")).to_have_attribute("aria-disabled", "true")
     view.get_by_role("button", name="Fit room").click()
+    expect(view.get_by_role("button", name="Fit room")).to_have_attribute("aria-disabled", "true")
+    expect(view.get_by_role("button", name="Zoom in")).to_have_attribute("aria-disabled", "false")
     assert wait_until(lambda: view_of(canvas)[0] == pytest.approx(whole, abs=0.01), WAIT / 1e3)
     run_from_palette(page, "ROS course", "Plot")
     plot = page.get_by_role("tabpanel", name="Plot", exact=True)

@@ -487,7 +487,7 @@ def test_the_pad_drives_until_it_is_no_longer_renewed_and_leaves_no_publisher(ke
 def test_a_page_that_is_half_a_second_late_drives_without_a_stop(kernel, page):
     kernel.run(f"world = ros.start(World)\n{COMMANDS}")
     page.subscribe("robot")
-    shown_until(page, lambda known: known.get("idle") == "")
+    shown_until(page, lambda known: known.get("nodes") and known.get("idle", "") == "")
     kernel.run(
         "import time\ntimes = []\n"
         "watch = ros.node.create_subscription(Twist, 'cmd_vel', lambda message: times.append(time.monotonic()), 10)"
@@ -501,11 +501,26 @@ def test_a_page_that_is_half_a_second_late_drives_without_a_stop(kernel, page):
 def test_a_page_that_is_lost_while_it_drives_stops_the_robot(kernel, page):
     kernel.run(f"world = ros.start(World)\n{COMMANDS}")
     other = page_of(kernel)
-    page.subscribe("robot")
-    other.subscribe("robot")
-    shown_until(page, lambda known: known.get("idle") == "")
-    other.ask("robot.drive", linear=0.3, angular=0.0)
+    page.subscribe("robot", page="one")
+    other.subscribe("robot", page="other")
+    shown_until(page, lambda known: known.get("nodes") and known.get("idle", "") == "")
+
+    def drive_until(told: str, to: Client, **pages: Client) -> None:
+        """Drive from these pages until one page is told so who drives."""
+        hand = None
+        while hand != told:
+            for name, each in pages.items():
+                each.ask("robot.drive", linear=0.3, angular=0.9, page=name)  # again where it is refused at first
+            hand = to.event()["data"].get("hand", hand)
+
+    drive_until("another page", page, other=other)
     odometry_until(page, lambda linear, angular: linear == 0.3)
+    drive_until("you", other, other=other)
+    for each in (page, other):
+        drive_until("you and another page", each, one=page, other=other)
+    assert other.ask("robot.drive", linear=0.0, angular=0.0, page="other")["result"] is None
+    drive_until("you", page, one=page)
+    drive_until("another page", page, other=other)
     other.close()
     odometry_until(page, lambda linear, angular: linear == 0.0)
     assert kernel.run("print(commands[-1].linear.x)\nremoved = ros.node.destroy_subscription(ears)") == "0.0"
@@ -571,7 +586,7 @@ def test_one_who_sends_no_commands_any_more_does_not_drive_and_is_told(kernel, p
     assert known["nodes"] == {"sees": ["/world"], "drives": []}
     while (moves := (page.event()["data"].get("robot") or {}).get("moves")) != [0.3, 0.5]:  # and so one may drive
         assert page.ask("robot.drive", linear=0.3, angular=0.5)["result"] is None, moves
-    known = shown_until(page, lambda known: known.get("hand") is False)
+    known = shown_until(page, lambda known: known.get("hand") == "")
     assert known.get("idle", "") == "" and "silent" not in known
     quiet.unlink()
     known = shown_until(page, lambda known: "/my_driver drives now" in known.get("idle", ""))

@@ -18,8 +18,10 @@ def add(panels: Panels) -> None:
     panels.methods |= {"robot.drive": drive}
 
 
-def drive(linear: float, angular: float) -> None:
-    """Drive at these speeds (m/s, rad/s) until the next call, for `LIMIT` s at most; 0, 0 stops.
+def drive(linear: float, angular: float, page: str = "") -> None:
+    """Drive at these speeds (m/s, rad/s) until the next call by this page, for `LIMIT` s at most; 0, 0 stops.
+
+    While several pages drive, the newest command counts.
 
     Raises LiveError when something else sends commands, or no robot takes commands.
     """
@@ -28,7 +30,7 @@ def drive(linear: float, angular: float) -> None:
     if why := reason(listener):
         listener.pad.stop()
         raise LiveError(why)
-    listener.pad.steer(*Robot().limit(float(linear), float(angular)))
+    listener.pad.steer(*Robot().limit(float(linear), float(angular)), page)
 
 
 def reason(listener: RobotListener) -> str:

@@ -21,8 +21,9 @@ class Pad:
     def __init__(self, live: Session):
         self._live = live
         self._lock = threading.Condition()
-        self._command = (0.0, 0.0)
-        self._until = 0.0  # end of the last command (s of time.monotonic)
+        # Of each page the last command (m/s, rad/s), and its end (s of time.monotonic); the newest is the last.
+        self._commands: dict[str, tuple[tuple[float, float], float]] = {}
+        self._until = 0.0  # end of the last one (s of time.monotonic)
         self._publisher: Publisher | None = None
         self._said: set[tuple[float, float]] = set()  # commands (m/s, rad/s) of the present publisher
 
@@ -32,17 +33,30 @@ class Pad:
         return self._publisher is not None
 
     def command(self) -> tuple[float, float] | None:
-        """Return the current command (m/s, rad/s), or None."""
-        return self._command if time.monotonic() < self._until else None
+        """Return the newest command (m/s, rad/s) of a page that drives, 0, 0 if none does any more, or None."""
+        drives = self._drives()
+        return drives[-1][1] if drives else (0.0, 0.0) if time.monotonic() < self._until else None
+
+    def drivers(self) -> list[str]:
+        """Return the pages that drive now: one that stands holds no button."""
+        return [page for page, _ in self._drives()]
+
+    def _drives(self) -> list[tuple[str, tuple[float, float]]]:
+        now = time.monotonic()
+        with self._lock:
+            known = self._commands.items()
+            return [(page, command) for page, (command, until) in known if now < until and any(command)]
 
     def has_said(self, linear: float, angular: float) -> bool:
         """Return True if the present publisher has sent this command (m/s, rad/s)."""
         return (linear, angular) in self._said
 
-    def steer(self, linear: float, angular: float) -> None:
-        """Publish this command from now on, for `LIMIT` s at most."""
+    def steer(self, linear: float, angular: float, page: str = "") -> None:
+        """Publish this command of a page from now on, for `LIMIT` s at most."""
         with self._lock:
-            self._command, self._until = (linear, angular), time.monotonic() + LIMIT
+            self._until = time.monotonic() + LIMIT
+            self._commands.pop(page, None)
+            self._commands[page] = (linear, angular), self._until
             if self._publisher is None:
                 self._publisher = self._live.node.create_publisher(Twist, "/cmd_vel", 10)
                 threading.Thread(target=self._go_on, name="driving by hand", daemon=True).start()
@@ -52,6 +66,7 @@ class Pad:
         """Stop the robot at once, if it is driven by hand."""
         with self._lock:
             self._until = 0.0
+            self._commands.clear()
             self._lock.notify_all()
 
     def _go_on(self) -> None:
@@ -72,6 +87,7 @@ class Pad:
                 self._live.node.destroy_publisher(self._publisher)
             self._publisher = None
             self._said.clear()
+            self._commands.clear()
 
     def _publish(self, linear: float, angular: float) -> None:
         message = Twist()

@@ -38,7 +38,7 @@ UNSAID: dict[str, Any] = {
     "collisions": {"count": 0, "last": "", "places": []},
     "idle": "",
     "silent": [],
-    "hand": False,
+    "hand": "",
     "world": "",
 }
 PERIOD = 0.05  # s at least between two pictures
@@ -57,9 +57,10 @@ def add(panels: Panels) -> None:
 
 
 class RobotFeed:
-    """A feed of news about the robot."""
+    """A feed of news about the robot for a page."""
 
-    def __init__(self) -> None:
+    def __init__(self, page: str = "") -> None:
+        self._page = page
         self._listener: RobotListener | None = None
         self._sent: dict[str, Any] = {}
         self._walls: object = self
@@ -71,7 +72,7 @@ class RobotFeed:
         """Return the news of `scan`, `robot`, `command`, `state`, `collisions`, `room`, `path`, `nodes` and the hand.
 
         `world` is another text for each world, and "" without one; `idle` is why driving by hand is impossible, or "";
-        `hand` is True while it is done; `silent` is who could drive, and sends no commands.
+        `hand` is who does it, "you" for this page; `silent` is who could drive, and sends no commands.
         """
         listener = open_listener(self)
         if listener is not self._listener:
@@ -86,7 +87,7 @@ class RobotFeed:
             "collisions": listener.collisions(),
             "idle": reason(listener),
             "silent": silent,
-            "hand": any(listener.pad.command() or ()),
+            "hand": self._by_hand(listener),
             "world": listener.seen,
         }
         for name, value in states.items():
@@ -105,6 +106,14 @@ class RobotFeed:
         if nodes != self._sent.get("nodes"):
             self._sent["nodes"] = news["nodes"] = nodes
         return news or None
+
+    def _by_hand(self, listener: RobotListener) -> str:
+        """Return who drives by hand, as the page tells it; "" while nobody does."""
+        pages = listener.pad.drivers()
+        others = len(pages) - (self._page in pages)
+        names = ["you"] if self._page in pages else []
+        names += ["another page"] if others == 1 else [f"{others} other pages"] if others else []
+        return " and ".join(names)
 
     def _measured(self, listener: RobotListener, fast: World | None) -> dict[str, Any]:
         """Return the news of `scan` and `robot`; `fast` is the world if it is in fast mode.

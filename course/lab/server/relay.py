@@ -66,10 +66,20 @@ class Relay(WebSocketMixin, WebSocketHandler, JupyterHandler):
                     connected = await self._connected(kernel_id)
                     if connected is not None:
                         continue
+                elif connected is not None:
+                    # A server that is stopped ends its kernels first: that is no restart, of which to tell.
+                    while self._is_ended(kernel_id):
+                        await asyncio.sleep(LOOK)
+                    if kernel_id not in self.kernel_manager:
+                        break
                 await self._say({"link": "waiting"})
                 while (connected := await self._connected(kernel_id)) is None and kernel_id in self.kernel_manager:
                     await asyncio.sleep(LOOK)
             self.close()
+
+    def _is_ended(self, kernel_id: str) -> bool:
+        """Return True while the server ends the kernel; at a restart, until it is started again."""
+        return kernel_id in self.kernel_manager and self.kernel_manager.get_kernel(kernel_id).shutting_down
 
     async def _connected(self, kernel_id: str) -> tuple[asyncio.StreamReader, asyncio.StreamWriter] | None:
         with contextlib.suppress(OSError), protocol.address(protocol.socket_path(kernel_id)) as name:

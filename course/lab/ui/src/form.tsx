@@ -100,6 +100,7 @@ function OneField({ field, value, path, wrong, change }: FieldProps): JSX.Elemen
             id={id}
             type="checkbox"
             checked={Boolean(value)}
+            disabled={field.read_only}
             onChange={event => change(event.target.checked)}
             {...described}
           />
@@ -107,6 +108,7 @@ function OneField({ field, value, path, wrong, change }: FieldProps): JSX.Elemen
           <input
             id={id}
             value={value}
+            disabled={field.read_only}
             spellCheck={false}
             autoComplete="off"
             placeholder={field.kind === 'list' ? 'values, separated by commas' : ''}
@@ -117,6 +119,7 @@ function OneField({ field, value, path, wrong, change }: FieldProps): JSX.Elemen
         {choices.length > 0 && (
           <select
             aria-label={`Constants for ${field.name}`}
+            disabled={field.read_only}
             value={choices.some(([, constant]) => constant === value) ? value : ''}
             onChange={event => (event.target.value === '' ? undefined : change(event.target.value))}
           >

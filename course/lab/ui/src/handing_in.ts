@@ -27,6 +27,7 @@ interface Done {
 }
 
 const NAME = 'ros2-course:name'; // the browser's key for the student's name
+const CODE = /`([^`\n]+)`/;
 const PASSED = 'passed';
 const AS_IT_IS = 'Hand it in as it is';
 /** The event of the window after a hand-in. */
@@ -238,10 +239,11 @@ async function showDone(done: Done, contents: Contents.IManager): Promise<void> 
   });
 }
 
+/** Make an element with a text, in which the words between back-ticks are code. */
 function element(tag: string, className = '', text = ''): HTMLElement {
   const made = document.createElement(tag);
   made.className = className;
-  made.textContent = text;
+  text.split(CODE).forEach((part, number) => made.append(number % 2 ? element('code', '', part) : part));
   return made;
 }
 

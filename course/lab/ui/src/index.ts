@@ -54,7 +54,9 @@ const panels: JupyterFrontEndPlugin<void> = {
   ) => {
     // A narrow page has room for one side panel, and for none beside a notebook.
     const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
-    const current = new Current(tracker, new Links(), makeRoom, () => shell?.collapseRight());
+    // JupyterLab itself would see only later that the server has been started anew, and has no kernels.
+    const links = new Links(() => void app.serviceManager.sessions.refreshRunning().catch(() => undefined));
+    const current = new Current(tracker, links, makeRoom, () => shell?.collapseRight());
     tracker.currentChanged.connect(makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     document.addEventListener('keydown', event => {

@@ -463,7 +463,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         )}
         <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={change} />
         <div className="ros-Form-send">
-          <button type="submit" className="ros-mod-main" disabled={!complete}>
+          <button type="submit" className="ros-mod-main" disabled={!complete || (kind === 'parameter' && one?.read_only)}>
             {KINDS[kind].send}
           </button>
           {kind === 'parameter' && (

@@ -5,10 +5,11 @@ import { ServerConnection } from '@jupyterlab/services';
 import { IDisposable, DisposableDelegate } from '@lumino/disposable';
 import { ISignal, Signal } from '@lumino/signaling';
 
-/** The state of the kernel: `waiting` for a live session, `up`, `offline` if the server does not answer, or
- * `connecting`, at first and after a message that was too long.
+/** The state of the kernel: `waiting` for a live session, `up`, `offline` if the server does not answer, `gone`
+ * if it answers and has no such kernel (any more), or `connecting`, at first, while it is asked, and after a message
+ * that was too long.
  */
-export type State = 'connecting' | 'waiting' | 'up' | 'offline';
+export type State = 'connecting' | 'waiting' | 'up' | 'offline' | 'gone';
 
 interface Pending {
   resolve: (result: any) => void;
@@ -24,11 +25,18 @@ interface Subscription {
   hasFailed: boolean;
 }
 
-const LONGEST = 10000; // ms between two tries to reach the server
+/** The page's own name in the kernel, which tells the pages apart that drive the robot. */
+export const PAGE = crypto.getRandomValues(new Uint32Array(4)).join('-');
+
+const LONGEST = 3000; // ms between two tries to reach the server
 const AGAIN = 3000; // ms until a subscription that has ended with an error is begun again
 
 export class Link implements IDisposable {
-  constructor(readonly kernelId: string) {
+  /** Link a kernel; `missed` is called when the server no longer has it. */
+  constructor(
+    readonly kernelId: string,
+    private _missed: () => void
+  ) {
     this._connect();
   }
 
@@ -110,11 +118,37 @@ export class Link implements IDisposable {
     socket.onmessage = event => this._receive(JSON.parse(event.data));
     socket.onclose = () => {
       if (!this._disposed) {
-        this._set('offline');
-        this._timer = window.setTimeout(() => this._connect(), this._delay);
-        this._delay = Math.min(2 * this._delay, LONGEST);
+        void this._lost();
       }
     };
+  }
+
+  /** Tell whether the server or only the kernel is gone, and try again. */
+  private async _lost(): Promise<void> {
+    if (this._state !== 'offline' && this._state !== 'gone') {
+      this._set('connecting');
+    }
+    const state = await this._ask();
+    if (!this._disposed) {
+      this._set(state);
+      this._timer = window.setTimeout(() => this._connect(), this._delay);
+      this._delay = Math.min(2 * this._delay, LONGEST);
+      if (state === 'gone') {
+        this._missed();
+      }
+    }
+  }
+
+  /** Ask the server for the kernel. */
+  private async _ask(): Promise<State> {
+    const settings = ServerConnection.makeSettings();
+    const url = URLExt.join(settings.baseUrl, 'api/kernels', encodeURIComponent(this.kernelId));
+    try {
+      const answer = await ServerConnection.makeRequest(url, { signal: AbortSignal.timeout(LONGEST) }, settings);
+      return answer.status === 404 ? 'gone' : 'offline';
+    } catch {
+      return 'offline';
+    }
   }
 
   private _receive(message: any): void {
@@ -217,10 +251,13 @@ export class Link implements IDisposable {
 
 /** The links in use: panels that show the same kernel share one. */
 export class Links {
+  /** Begin without a link; `missed` is called when the server no longer has a kernel. */
+  constructor(private _missed: () => void) {}
+
   /** Return the link to a kernel; it is closed when `release` was called as often as this. */
   acquire(kernelId: string): Link {
     const known = this._links.get(kernelId);
-    const used = known ?? { link: new Link(kernelId), users: 0 };
+    const used = known ?? { link: new Link(kernelId, this._missed), users: 0 };
     used.users += 1;
     this._links.set(kernelId, used);
     return used.link;

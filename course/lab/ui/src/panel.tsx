@@ -250,6 +250,8 @@ export function instead(current: Current, link: Link | null): string | null {
       return null;
     case 'offline':
       return 'Jupyter’s server does not answer. Trying again …';
+    case 'gone':
+      return 'Jupyter’s server has ended the kernel, and its nodes have ended. Choose a kernel in the Kernel menu.';
     case 'connecting':
       return CONNECTING;
     default:

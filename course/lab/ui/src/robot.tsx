@@ -5,7 +5,7 @@ import { Message } from '@lumino/messaging';
 import * as React from 'react';
 
 import { Current } from './current';
-import { Link } from './link';
+import { Link, PAGE } from './link';
 import { FirstCell, Guard, instead, SidePanel, useCurrent, useTopic } from './panel';
 import { Pad, useDriver } from './robot_drive';
 import { Knobs, KnobNode, valueOf } from './robot_knobs';
@@ -78,7 +78,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   const [refused, setRefused] = React.useState(''); // why the last obstacle was not dropped, while another may be
   const [carrying, setCarrying] = React.useState(false);
   const driver = useDriver(
-    (linear, angular) => link!.request('robot.drive', { linear, angular }),
+    (linear, angular) => link!.request('robot.drive', { linear, angular, page: PAGE }),
     setSaid
   );
   const redraw = useFacts(state);
@@ -102,6 +102,9 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     // What is said belongs to the world that is there: it goes with it.
     setSaid('');
     setRefused('');
+    // So does the tool: in the next world nothing happens that was meant for this one.
+    setDropping(false);
+    setCarrying(false);
   }, [state.world]);
   const drive = `${state.room.name} ${state.room.began}`;
   React.useEffect(() => {
@@ -114,7 +117,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       redraw(); // with the picture, which shows another place the next time
     }
   };
-  useTopic(link, 'robot', {}, take, () => begin(), setFailed);
+  useTopic(link, 'robot', { page: PAGE }, take, () => begin(), setFailed);
   useTopic(link, 'robot.knobs', {}, data => setKnobs(data.nodes), () => setKnobs([]), setFailed);
   const up = link?.state === 'up';
   React.useEffect(() => {
@@ -151,6 +154,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   }, [message]);
   const world = knobs.find(node => valueOf(node, 'paused') !== undefined) ?? null;
   const sees = state.nodes?.sees ?? [];
+  const [drops, carries] = [world !== null && dropping, world !== null && carrying && !dropping];
   const drivers = [...(state.nodes?.drives ?? []), ...state.silent];
   const paused = world !== null && valueOf(world, 'paused') === true;
   const speed = world === null ? 1 : Number(valueOf(world, 'speed'));
@@ -183,6 +187,11 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   };
   const place = (x: number, y: number, heading: number) =>
     ask('robot.place', { x, y, heading }, `The robot was put at x = ${x.toFixed(2)} m, y = ${y.toFixed(2)} m.`);
+  /** Take up the tool that drives the robot, or the one that moves it. */
+  const choose = (carry: boolean) => {
+    setDropping(false);
+    setCarrying(carry);
+  };
   const faster = (by: number) => {
     const next = SPEEDS.filter(each => (by > 0 ? each > speed : each < speed));
     if (world && next.length) {
@@ -222,8 +231,8 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                 state={state}
                 controlled={world !== null}
                 driver={driver}
-                carrying={world !== null && carrying}
-                dropping={dropping}
+                carrying={carries}
+                dropping={drops}
                 pause={pause}
                 reset={reset}
                 place={place}
@@ -236,18 +245,18 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                 <div className="ros-Robot-hands">
                   <div className="ros-Robot-controls" role="group" aria-label="Arrow keys and mouse">
                     <span>Arrow keys and mouse:</span>
-                    <button aria-pressed={!carrying || !world} onClick={() => setCarrying(false)}>
+                    <button aria-pressed={!carries && !drops} onClick={() => choose(false)}>
                       Drive
                     </button>
                     <button
-                      aria-pressed={carrying && world !== null}
+                      aria-pressed={carries}
                       disabled={!world}
-                      onClick={() => setCarrying(true)}
+                      onClick={() => choose(true)}
                     >
                       Move the robot
                     </button>
                     <button
-                      aria-pressed={dropping}
+                      aria-pressed={drops}
                       disabled={!world}
                       onClick={() => {
                         setRefused('');
@@ -257,7 +266,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
                       Drop an obstacle
                     </button>
                   </div>
-                  {carrying && world ? (
+                  {carries ? (
                     <p className="ros-quiet">
                       Drag the robot, or click on the picture and use the arrow keys, Q and E.
                     </p>
@@ -269,7 +278,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
             </div>
           )}
           <div className="ros-Robot-said" role="status">
-            {dropping ? `${refused}Click in the room, where the obstacle is to be; Esc cancels.` : said}
+            {drops ? `${refused}Click in the room, where the obstacle is to be; Esc cancels.` : said}
           </div>
           {(sees.length > 0 || state.scan) && <Facts state={state} paused={paused} />}
           {knobs.filter(node => node !== world).map(node => (

@@ -11,6 +11,7 @@ const TURN = Math.PI / 12; // rad
 const AHEAD = 0.8; // m from the robot to an obstacle that a key drops
 const GRIP = 12; // px around the robot where it can also be picked up
 const CLOSEST = 16; // times the whole room
+const ROUNDED = 1e-6; // of a zoom that is back at the whole room
 const KEYS: [string, string][] = [
   ['Space', 'pause, continue'],
   ['O', `drop an obstacle ${AHEAD} m ahead`],
@@ -59,12 +60,15 @@ export function Stage(props: Props): JSX.Element {
   const ghost = React.useRef<Ghost | null>(null);
   const view = React.useRef<View>({ scale: 1, left: 0, bottom: 0 });
   const zoom = React.useRef<Zoom>({ factor: 1, at: null });
+  const [factor, setFactor] = React.useState(1); // of the zoom: its buttons show how far it goes
   const pan = React.useRef<[number, number] | null>(null); // m: the place that stays below the pointer
   const wanted = React.useRef<{ pose: Pose; until: number } | null>(null);
   useDrawing(canvas, props.state, view, ghost, zoom);
   const closer = (by: number) => {
-    const factor = Math.min(CLOSEST, Math.max(1, by * zoom.current.factor));
+    const wanted = by * zoom.current.factor;
+    const factor = wanted < 1 + ROUNDED ? 1 : Math.min(CLOSEST, wanted);
     zoom.current = { factor, at: factor > 1 ? zoom.current.at : null };
+    setFactor(factor);
     props.state.version++;
   };
   const whole = () => closer(0);
@@ -214,13 +218,13 @@ export function Stage(props: Props): JSX.Element {
       </div>
       <div className="ros-Robot-under">
         <div className="ros-Robot-zoom" role="group" aria-label="Zoom">
-          <button title="Zoom in (I)" onClick={() => closer(1.5)}>
+          <button title="Zoom in (I)" aria-disabled={factor === CLOSEST} onClick={() => closer(1.5)}>
             Zoom in
           </button>
-          <button title="Zoom out (U)" onClick={() => closer(1 / 1.5)}>
+          <button title="Zoom out (U)" aria-disabled={factor === 1} onClick={() => closer(1 / 1.5)}>
             Zoom out
           </button>
-          <button title="Show the whole room (0)" onClick={whole}>
+          <button title="Show the whole room (0)" aria-disabled={factor === 1} onClick={whole}>
             Fit room
           </button>
         </div>

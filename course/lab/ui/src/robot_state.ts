@@ -24,7 +24,7 @@ export class RobotState {
   collisions: { count: number; last: string; places: [number, number][] } = { count: 0, last: '', places: [] };
   command: [number | null, number | null] | null = null;
   fast = false; // true if its world is in fast mode: what is shown is of one moment, and not interpolated
-  hand = false; // true while the robot is driven by hand
+  hand = ''; // who drives the robot by hand, in words, or ''
   idle = ''; // why driving by hand is impossible, or ''
   moves: [number | null, number | null] | null = null;
   nodes: { sees: string[]; drives: string[] } | null = null;
@@ -104,7 +104,7 @@ export class RobotState {
   /** Return who drives, in words. */
   get driver(): string {
     if (this.hand || this.nodes?.drives.length) {
-      return this.hand ? 'you' : this.nodes!.drives.join(' and ');
+      return this.hand || this.nodes!.drives.join(' and ');
     }
     const [are, send] = this.silent.length > 1 ? ['are', 'send'] : ['is', 'sends'];
     return this.silent.length ? `nobody: ${this.silent.join(' and ')} ${are} there and ${send} no commands` : 'nobody';
