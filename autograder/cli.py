@@ -685,12 +685,15 @@ def _circumstances(
         if gradebook:
             raise
         url = ""
+    ungraded = [(student, name) for name in names for student in absent[name] if (submitted / student / name).is_dir()]
+    absent = {name: [each for each in absent[name] if (each, name) not in ungraded] for name in names}
     late = lateness(url, submitted) if url else {}
     findings = [finding for name in names for finding in find(out, name, ALIKE)]
     return Known(
         {key: seconds for key, seconds in late.items() if key in reports},
         absent,
         dict(group for finding in findings for group in presenting.striking(finding, ALIKE).items()),
+        ungraded,
         [
             key
             for finding in findings

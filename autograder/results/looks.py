@@ -18,6 +18,7 @@ from autograder.submissions import exercises
 NEAR = 0.8  # of an exercise's time limit
 ALIKE = "more alike than others (`autograder similar` shows them)"
 REPLACED = "handed in again since this result, which is of other files (`autograder regrade` grades the new ones)"
+UNGRADED = "handed in, and not graded yet (`autograder grade` with --resume grades the rest)"
 HOUR, DAY = 3600, 86_400  # s
 FLAGS = {  # other flags are shown by name
     TIME_UNKNOWN: "time of handing in unknown, nothing deducted",
@@ -34,6 +35,7 @@ class Known:
     alike: dict[str, list[str]] = field(
         default_factory=dict
     )  # a line for a group of submissions; its pairs, if several
+    ungraded: list[tuple[str, str]] = field(default_factory=list)  # handed in, and not in the results
     replaced: list[tuple[str, str]] = field(default_factory=list)  # students and exercises, see `Basis.is_replaced`
 
 
@@ -88,6 +90,8 @@ def looks(reports: Iterable[Report], known: Known | None = None) -> list[Look]:
         note("handed in late", f"{student}/{assignment} ({_long(seconds)})")
     for student, assignment in sorted(known.replaced):
         note(REPLACED, f"{student}/{assignment}")
+    for student, assignment in sorted(known.ungraded):
+        note(UNGRADED, f"{student}/{assignment}")
     for assignment, absent in sorted(known.missing.items()):
         for student in absent:
             note(f"{assignment} not handed in", student)

@@ -40,6 +40,7 @@ class Returned:
     left_out: list[str] = field(default_factory=list)  # one line each
     waiting: list[str] = field(default_factory=list)  # returned although a cell is still to be marked by hand
     nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
+    ungraded: list[str] = field(default_factory=list)  # those with one that is not in the results
     unchanged: int = 0  # pages whose content is the same as at the last return
     changed: list[str] | None = None  # those returned now, if only changed pages were asked for
 
@@ -96,7 +97,11 @@ def give_back(
     marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
     before = _returned(out)
     now: dict[str, str] = {}
-    result = Returned(changed=[] if changed else None, nothing=sorted({*roster} - {student for student, _ in reports}))
+    without = sorted({*roster} - {student for student, _ in reports})
+    names = {assignment for _, assignment in reports}
+    ungraded = [each for each in without if any((place / each / name).is_dir() for place in marks for name in names)]
+    nothing = [student for student in without if student not in ungraded]
+    result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded)
     pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
     for key, report in sorted(reports.items()):
         who = "/".join(key)
@@ -154,6 +159,7 @@ def describe(result: Returned) -> str:
         ("Returned, though a cell is still to be marked by hand (the page says so):", result.waiting),
         ("Not returned:", result.left_out),
         ("Without a page, because there is no submission:", result.nothing),
+        ("Without a page, because what they have handed in is not graded yet:", result.ungraded),
     ):
         lines += [title] * bool(names)
         lines += [f"  {one_line(name)}" for name in names]

@@ -57,7 +57,7 @@ from course.notebook.command_line import lost_status, return_in_finally
 from course.notebook.exercise_names import instead_of
 from course.notebook.file_differences import refusal_of
 from course.ros.names import split, type_name
-from course.ros.rclpy_internals import NodeNameNonExistentError, action_name
+from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, take_request
 from course.session.domains import claim_domain
 from course.session.guards import interruptible
 from course.session.live import current, live
@@ -150,6 +150,7 @@ class Alone:
         self._when, self._silent = "with a server that does not answer" if silent else "without a server", bool(silent)
         self._where = self._why = ""
         self._begun = self._over = 0.0  # when it could first see others, and when it had ended, s since boot
+        self._asked = 0  # requests that a silent server has got
         self._process: NodeProcess | None = None
         with contextlib.suppress(LiveError):  # no domain is free: then this is left out
             self._claim, domain = claim_domain()
@@ -157,9 +158,10 @@ class Alone:
             if silent:  # nothing spins its node
                 self._context.init(domain_id=domain)
                 self._server = Node("silent_server", context=self._context)
-                self._server.create_service(*silent, lambda _, response: response)
+                self._served = self._server.create_service(*silent, lambda _, response: response)
             self._process = NodeProcess(Path(file), list(arguments), domain=domain)
-            threading.Thread(target=self._watch, args=[self._process], daemon=True).start()
+            self._watching = threading.Thread(target=self._watch, args=[self._process], daemon=True)
+            self._watching.start()
 
     def _watch(self, process: NodeProcess) -> None:
         """End the program after it was seen asleep for longer than a client may wait; the looks are counted."""
@@ -172,6 +174,8 @@ class Alone:
                 if asleep * LOOK >= PATIENT or looks * LOOK >= MOST:
                     self._end(process)
             self._over = time.clock_gettime(time.CLOCK_BOOTTIME)
+            while self._silent and take_request(self._served) is not None:
+                self._asked += 1
             self._context.try_shutdown()
 
     def _endless(self, process: NodeProcess) -> str:
@@ -232,6 +236,11 @@ class Alone:
             raise ExerciseError(
                 f"{self._when}, {process.name} must say so, and it ends with an exception instead:\n"
                 f"{process.reports[-1] if process.reports else process.output.strip()}"
+            )
+        session.until(lambda: not self._watching.is_alive())
+        if self._asked > 1:
+            raise ExerciseError(
+                f"{self._when}, {process.name} must not ask again, and it has sent {self._asked} requests."
             )
         if usage and not _said(process.output) - _said(usage):
             raise ExerciseError(

@@ -296,6 +296,8 @@ def built_early(file: str, service: str) -> str:
                 target = statement.targets[0] if isinstance(statement, ast.Assign) else None
                 if not isinstance(target, ast.Attribute) or name_of(target.value) != response:
                     continue
+                if target.attr == "success":  # it may say whether the change that follows is refused
+                    continue
                 read, later = _attributes(statement, tree), body[number + 1 :]  # type: ignore[index]
                 changed = [node for each in later for node in _stored(each) if name_of(node) in read]
                 again = [node for each in later for node in ast.walk(each) if isinstance(node, ast.Attribute)

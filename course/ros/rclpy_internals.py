@@ -32,6 +32,7 @@ if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no t
     from rclpy.node import Node
     from rclpy.parameter import Parameter
     from rclpy.qos import QoSProfile
+    from rclpy.service import Service
     from rclpy.task import Future
 
 __all__ = ["InvalidHandle", "NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
@@ -329,6 +330,17 @@ def watch_goals(tell: Callable[[Node, Exception | GoalFault | NoResult], None]) 
 def sequence_number(client: Client, future: Future) -> int | None:
     """Return the number by which a client knows the request of a future; None if it is done."""
     return next((number for number, each in [*client._pending_requests.items()] if each is future), None)
+
+
+def take_request(service: Service) -> Any:
+    """Return a request that waits at a service, or None; it is not answered.
+
+    Seen in 7.1.6: only executors take requests, and they answer them.
+    """
+    kind: Any = service.srv_type
+    with service.handle:
+        request, _ = service.handle.service_take_request(kind.Request)
+    return request
 
 
 class ClientWatcher:

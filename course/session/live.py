@@ -125,7 +125,7 @@ class Session:
         self._spinner = self._spin()
         outsiders = Outsiders(self.node, domain_id, self._handles)
         self._calls = Calls(self.node, self._handles, self.watch, outsiders)
-        self.meanwhile = Meanwhile(self._handles, outsiders)
+        self.meanwhile = Meanwhile(self.node, self._handles, outsiders)
         self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)

@@ -101,15 +101,15 @@ class Outsiders:
 
     def calling(self, name: str) -> list[Outsider]:
         """Return those that have a client of the service or the action `name`, as `ros2 service call`."""
-        services = (name, f"{name}/_action/send_goal")
-        look = self._node.get_publishers_info_by_topic
-        ends = [end for service in services for end in look(f"rq{service}Request", no_mangle=True)]
-        return list(dict.fromkeys(self._outside(ends, hidden=True)))
+        return list(dict.fromkeys(self._outside(self._clients(name), hidden=True)))
 
-    def own(self, name: str) -> list[str]:
-        """Return the session's nodes and files that serve the service or action `name`, or publish on that topic."""
+    def own(self, name: str, *, calling: bool = False) -> list[str]:
+        """Return the session's nodes and files that serve the service or action `name`, or publish on that topic.
+
+        With `calling`, those that have a client of it.
+        """
         found = []
-        ends = self._ends(name)
+        ends = self._clients(name) if calling else self._ends(name)
         for key, handle in list(self._handles.items()):
             pid = handle.pid if isinstance(handle, NodeProcess) else os.getpid()
             nodes = handle.nodes if pid == os.getpid() else None  # a file's nodes are all its own
@@ -130,6 +130,12 @@ class Outsiders:
         topics = [(f"rr{service}Reply", True) for service in services] + [(name, False)]
         look = self._node.get_publishers_info_by_topic
         return [end for topic, raw in topics for end in look(topic, no_mangle=raw)]
+
+    def _clients(self, name: str) -> list[TopicEndpointInfo]:
+        """Return the endpoints that send requests to the service or the action `name`."""
+        look = self._node.get_publishers_info_by_topic
+        services = (name, f"{name}/_action/send_goal")
+        return [end for service in services for end in look(f"rq{service}Request", no_mangle=True)]
 
     def _outside(self, ends: Iterable[TopicEndpointInfo], *, hidden: bool = False) -> Iterator[Outsider]:
         """Yield the outside nodes of these endpoints, with `hidden` those of a hidden name, too."""

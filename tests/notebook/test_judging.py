@@ -190,6 +190,33 @@ def test_who_else_calls_while_a_check_runs_is_named_and_who_only_could_is_not(fo
     session.end_check(passed=True)
 
 
+def test_a_file_that_could_call_while_a_check_runs_and_a_timer_of_a_cell_are_named(folder, session):
+    (folder / "server.py").write_text(SERVER)
+    (folder / "asker.py").write_text(
+        "import rclpy\nfrom std_srvs.srv import Trigger\nrclpy.init()\nnode = rclpy.create_node('asker')\n"
+        "asks = node.create_client(Trigger, '/asked')\nrclpy.spin(node)\n"
+    )
+    session.start("asker.py")
+    look = session.node.get_publishers_info_by_topic
+    assert session.until(lambda: look("rq/askedRequest", no_mangle=True), timeout=20.0)
+    names: dict = {}
+    exec(compile("def tick(): ...", "<ipython-input-1>", "exec"), names)
+    timers = [session.node.create_timer(60.0, each) for each in (names["tick"], lambda: None)]
+    session.begin_check("")
+    judging.judge("server.py", names=("/asked",))
+    assert str(session.meanwhile) == (
+        "A timer of `ros.node` calls `tick` meanwhile, which may be why. To end all of them: "
+        "`for timer in ros.node.timers: timer.cancel()`. asker.py of this notebook has a client of /asked: it may have "
+        "called it meanwhile. To end it: ros.stop('asker.py')."
+    )
+    timers[0].cancel()
+    session.stop("asker.py")
+    assert session.until(lambda: str(session.meanwhile) == "")
+    session.end_check(passed=True)
+    for timer in timers:
+        session.node.destroy_timer(timer)
+
+
 def test_a_command_that_could_call_while_a_check_runs_is_named(folder, session):
     (folder / "server.py").write_text(SERVER)
     words = ["service", "call", "-r", "5", "/asked", "std_srvs/srv/Trigger"]

@@ -38,6 +38,7 @@ OF_THE_SECTION = {
     "ai_integration": {"an old scan is as good as a new one", "no limit", "the node turns both signs"},
     "calculator": {
         "client asks again when it is refused",
+        "client asks again when no answer comes",
         "client asks three times",
         "client has success when it is refused",
         "client ignores success",
@@ -1197,7 +1198,7 @@ SENTENCES = [
         "calculator_client.py",
         "timeout_sec=5.0",
         "timeout_sec=0.3",
-        "must wait for a server that is still starting for 1 s at least, and here it waits 0.3 s.",
+        "the client must wait for the server for 1 to 10 s:\n  calculator_client.py, line 20",
     ),
     each_night(
         "calculator",

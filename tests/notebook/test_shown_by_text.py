@@ -229,6 +229,7 @@ EARLY = "response.message = f'Motors {self.state()}'"
         (f"{EARLY}\n        self.stopped = request.data\n        {EARLY}", ""),
         (f"self.stopped = request.data\n        {EARLY}", ""),
         (f"{EARLY}\n        self.count = 1", ""),
+        (f"response.success = not self.stopped\n        self.stopped = False\n        {EARLY}", ""),
     ],
 )  # fmt: skip
 def test_an_answer_that_is_built_before_the_change_is_told(tmp_path, monkeypatch, body, says):

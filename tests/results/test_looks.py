@@ -132,12 +132,14 @@ def out(tmp_path) -> Path:
 
 
 def test_the_report_knows_late_missing_and_alike(out, tmp_path):
-    (tmp_path / "roster.csv").write_text("student\nada\nbob\ncy\nzoe\n")
+    (tmp_path / "roster.csv").write_text("student\nada\nbob\ncy\ndan\nzoe\n")
+    (tmp_path / "submitted" / "dan" / "calculator").mkdir(parents=True)  # as after a grading that was killed
     command = [AUTOGRADER, "report", str(out), "--roster", str(tmp_path / "roster.csv")]
     ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert (ran.returncode, ran.stderr) == (0, "")
     assert "handed in late: bob/calculator (3.0 h)" in ran.stdout
     assert "calculator not handed in: zoe" in ran.stdout
+    assert "(`autograder grade` with --resume grades the rest): dan/calculator\n" in ran.stdout
     assert "calculator: ada and bob (the same to the letter: " in ran.stdout
     page = (out / "report.html").read_text()
     assert "bob/calculator (3.0 h)" in page and "<li>zoe</li>" in page and "ada and bob" in page

@@ -222,13 +222,15 @@ def test_pages_that_would_be_called_alike_are_given_to_neither(tmp_path):
 
 
 def test_who_has_no_page_is_said(submitted, tmp_path):
-    (tmp_path / "roster.csv").write_text("student\nada\nJim_Roe\nnobody\n")
+    (tmp_path / "roster.csv").write_text("student\nada\nJim_Roe\ndan\nnobody\n")
+    (submitted / "dan" / "services").mkdir(parents=True)  # as after a grading that was killed
     roster = read_rosters([tmp_path / "roster.csv"]).students
     reports = report("ada", INFRASTRUCTURE_ERROR), report("Jim_Roe", INVALID_SUBMISSION)
     out = graded(submitted, tmp_path / "out", *reports)
     result = give_back(out, out / "returned", roster=roster)
     assert "ada/services: the grader failed, and there is no score yet" in describe(result)
-    assert result.nothing == ["nobody"]
+    assert (result.nothing, result.ungraded) == (["nobody"], ["dan"])
+    assert "what they have handed in is not graded yet:\n  dan" in describe(result)
     (page,) = pages(out / "returned" / "services-moodle.zip").values()
     assert page.status == INVALID_SUBMISSION
 

@@ -35,6 +35,16 @@ def test_an_executor_has_a_pool_whose_threads_are_known(node):
     executor.shutdown()
 
 
+def test_requests_are_taken_and_not_answered(node):
+    service = node.create_service(AddTwoInts, "unasked", lambda request, response: response)
+    client = node.create_client(AddTwoInts, "unasked")
+    assert wait_until(client.service_is_ready, 10)
+    futures = [client.call_async(AddTwoInts.Request(a=number)) for number in (1, 2)]
+    for number in (1, 2):
+        assert wait_until(lambda: rclpy_internals.take_request(service), 10).a == number
+    assert rclpy_internals.take_request(service) is None and not any(future.done() for future in futures)
+
+
 def test_pending_requests_are_cancelled(node):
     client = node.create_client(AddTwoInts, "nobody")
     future = client.call_async(AddTwoInts.Request())

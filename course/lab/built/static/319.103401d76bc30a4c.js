@@ -996,6 +996,10 @@ body[data-jp-theme-light='false'] {
   font-weight: 600;
 }
 
+.ros-lines {
+  white-space: pre-wrap;
+}
+
 .ros-hint {
   overflow: auto;
   padding: 0 4px;
