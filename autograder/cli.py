@@ -21,7 +21,7 @@ from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import output, progress, summary
-from autograder.results.looks import Known, looks
+from autograder.results.looks import REPLACED, Known, looks
 from autograder.results.text import PRINTED, describe, one_line, printable, quoted
 from autograder.sandbox.sandbox import choose
 from autograder.submissions import exercises, listing, reading
@@ -431,13 +431,20 @@ def export_command(
         form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
     )
     export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
-    failed = [
-        f"{report.student}/{report.assignment}"
-        for report in output.read_results(out).values()
-        if report.status == INFRASTRUCTURE_ERROR
-        and assignment in (None, report.assignment)
-        and (not student or report.student in student)
-    ]
+    exported = {
+        key: report
+        for key, report in sorted(output.read_results(out).items())
+        if assignment in (None, report.assignment) and (not student or report.student in student)
+    }
+    bases = {key: basis for key, basis in output.bases(out, lost=True).items() if key in exported}
+    gone = [key for key, basis in bases.items() if not Path(basis.submitted, *key).exists()]
+    for why, keys in (
+        (REPLACED, [key for key, basis in bases.items() if basis.is_replaced(key)]),
+        ("graded, and their folder is no longer there (was it renamed?)", gone),
+    ):
+        if keys:
+            print(printable(one_line(f"LOOK: {why}: {', '.join('/'.join(key) for key in sorted(keys))}")))
+    failed = ["/".join(key) for key, report in exported.items() if report.status == INFRASTRUCTURE_ERROR]
     if failed:
         print(printable(one_line(f"Without a grade, because the grader failed: {', '.join(failed)}.")))
         print("`autograder grade` with --resume grades them again; then export again.")

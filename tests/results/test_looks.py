@@ -3,6 +3,7 @@
 import fcntl
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -16,7 +17,7 @@ from autograder.gradebook.book import Scores, lateness
 from autograder.grading import single
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, INVALID_SUBMISSION, PASSED, TIME_UNKNOWN, Report, Result
 from autograder.results import summary
-from autograder.results.looks import Known, Look, looks
+from autograder.results.looks import REPLACED, Known, Look, looks
 from autograder.results.output import Basis, Output
 from autograder.submissions import exercises, listing
 from tests.gradebook.test_late import DUE, HOUR
@@ -156,6 +157,10 @@ def test_who_has_handed_in_again_since_is_named_so_that_nobody_hides_a_copy(out,
     assert "handed in again since the grading; compared is the new hand-in" in (said := capsys.readouterr().out)
     assert "grades it, too: bob\n" in said
     assert "Handed in again since the grading" in (tmp_path / "similar.html").read_text()
+    shutil.rmtree(tmp_path / "submitted" / "cy")
+    cli.app(["export", str(out), "--for", "csv", "--to", str(tmp_path / "grades.csv")], standalone_mode=False)
+    assert f"LOOK: {REPLACED}: bob/calculator\n" in (said := capsys.readouterr().out)
+    assert "their folder is no longer there (was it renamed?): cy/calculator\n" in said
     cli.app(["similar", str(tmp_path / "submitted")], standalone_mode=False)  # of these nothing was graded
     assert "handed in again" not in capsys.readouterr().out
 
