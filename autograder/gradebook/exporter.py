@@ -43,6 +43,7 @@ from autograder.submissions import exercises
 from course.foundation import storage
 
 DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
+UNGRADED = "not graded yet"
 Thing = TypeVar("Thing", Assignment, Student)
 
 
@@ -56,6 +57,7 @@ class Grade:
     automatic: bool = False  # only the points of tests count
     not_handed_in: str = ""  # the text of the cell without a submission
     left: bool = False  # the student is not in the class any more
+    collected: bool = False  # the folder of the submissions has one
 
     @cached_property
     def parts(self) -> list[CellGrade]:
@@ -70,9 +72,9 @@ class Grade:
 
     @cached_property
     def state(self) -> str:
-        """Return DONE, WAITING, MISSING, or LEFT: nothing was collected, and the student has left the class."""
+        """Return DONE, WAITING, UNGRADED, MISSING, or LEFT: nothing was collected, and the student has left."""
         if self.handed_in is None:
-            return LEFT if self.left else MISSING
+            return UNGRADED if self.collected else LEFT if self.left else MISSING
         return WAITING if self.unmarked or not self.parts else DONE
 
     @property
@@ -84,7 +86,7 @@ class Grade:
     def points(self) -> str:
         """Return the score minus the penalty as text for the file; empty while it waits for marks."""
         if self.handed_in is None:
-            return "" if self.left else self.not_handed_in
+            return self.not_handed_in if self.state == MISSING else ""
         if self.state != DONE:
             return ""
         return number(max(0.0, sum(part.score for part in self.parts) - self.penalty))
@@ -138,7 +140,7 @@ class Exporter(ExportPlugin):
         chosen = _chosen(gradebook.assignments, lambda thing: thing.name, self.assignment, "assignment")
         students = _chosen(gradebook.students, lambda thing: thing.id, self.student, "student")
         self._assign_penalties(gradebook, chosen)
-        now = self._in_class()
+        now, submitted = self._in_class(), self._submitted()
         grades: Grades = {student.id: {} for student in students}
         for assignment in chosen:
             handed_in = {one.student_id: one for one in assignment.submissions}
@@ -150,6 +152,7 @@ class Exporter(ExportPlugin):
                     self.automatic,
                     self.not_handed_in,
                     now is not None and student.id not in now,
+                    (submitted / student.id / assignment.name).is_dir(),
                 )
         gone = [name for name, mine in grades.items() if mine and {grade.state for grade in mine.values()} == {LEFT}]
         self.tell(gone, "because they have left the class, and nothing of theirs was collected")
@@ -157,7 +160,7 @@ class Exporter(ExportPlugin):
         students = [student for student in students if student.id in grades]
         for assignment in chosen:
             states = Counter(grades[student.id][assignment.name].state for student in students)
-            unfilled = (WAITING, LEFT) if self.not_handed_in else (WAITING, MISSING, LEFT)
+            unfilled = (WAITING, UNGRADED, *([] if self.not_handed_in else [MISSING]), LEFT)
             empty = ", ".join(f"{states[state]} {state}" for state in unfilled if states[state])
             parts = [counted(states[DONE], "grade"), *([f"left empty: {empty}"] if empty else [])]
             if self.not_handed_in and states[MISSING]:
@@ -186,6 +189,13 @@ class Exporter(ExportPlugin):
             self.log.warning("%s exports what the tests gave", self.option("automatic", "True"))
         if missing := [printable(grade.student.id) for grade in grades if grade.state == MISSING]:
             self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
+        if ungraded := [printable(grade.student.id) for grade in grades if grade.state == UNGRADED]:
+            self.log.warning(
+                "%s: handed in, and %s: %s. Grade, and export again",
+                printable(assignment),
+                UNGRADED,
+                ", ".join(ungraded),
+            )
         if left := [printable(grade.student.id) for grade in grades if grade.state == LEFT]:
             who = ", ".join(left)
             self.log.warning(
@@ -194,13 +204,16 @@ class Exporter(ExportPlugin):
 
     def _in_class(self) -> set[str] | None:
         """Return the students who are in the class now; None if it is not known."""
-        folders = self.config.CourseDirectory
-        course = Path(folders.get("root", "."))
         try:
-            return members.in_class(course, course / folders.get("submitted_directory", "submitted"))
+            return members.in_class(Path(self.config.CourseDirectory.get("root", ".")), self._submitted())
         except UsageError as error:
             self.log.warning("It is not known who has left the class: %s", error)
             return None
+
+    def _submitted(self) -> Path:
+        """Return the folder with STUDENT/ASSIGNMENT/FILES."""
+        folders = self.config.CourseDirectory
+        return Path(folders.get("root", "."), folders.get("submitted_directory", "submitted"))
 
     def _assign_penalties(self, gradebook: Gradebook, assignments: Iterable[Assignment]) -> None:
         """Compute late penalties again, where a policy is set: manual marks and new extensions change them."""

@@ -1,6 +1,8 @@
 """A run of the follower with another agent, beside its check: the node must publish what that decides, as it is."""
 
 import contextlib
+import json
+import math
 import os
 import shutil
 import signal
@@ -8,8 +10,9 @@ import tempfile
 import threading
 from pathlib import Path
 
-from course.errors import ExerciseError, LiveError
+from course.errors import CourseError, ExerciseError, LiveError
 from course.foundation.waiting import wait_until
+from course.notebook.judging import run
 from course.session.domains import claim_domain
 from course.session.live import live
 from course.session.node_process import NodeProcess
@@ -19,6 +22,7 @@ ENOUGH = 10  # commands after the first decision, one of which must say it
 MANY = 4  # agents that a node may have made by then: it needs one
 LIMIT = 5.0  # s for which a check waits for it at its end
 MOST = 30.0  # s that it runs
+NEARLY = 1e-6  # m/s and rad/s
 AGENT = "wall_agent.py"
 # What is put behind the agent's file, in a copy of it: a scanner of its own, and a list of what is published.
 BEHIND = """
@@ -66,6 +70,36 @@ def _another_agent(cls, decided, told):
 
 _another_agent(WallAgent, {decided}, open({told!r}, "a", buffering=1))
 """
+
+
+# Distances (m), and the speeds (m/s, rad/s) that the rules of the task decide.
+RULES = (
+    ({"front": 0.4, "right": 0.6}, (0.0, 0.5)),
+    ({"front": 3.0, "right": 2.0}, (0.2, -0.4)),
+    ({"front": 3.0, "right": 0.703}, (0.3, -0.1545)),
+)
+ASK = """
+import json, sys, wall_agent
+agent = wall_agent.WallAgent()
+print()
+print(json.dumps([agent.decide_action(seen) for seen in json.loads(sys.argv[1])], default=repr))
+"""
+
+
+def wrong_agent() -> str:
+    """Return a sentence on an agent that does not follow the rules by itself; '' if it does, or gives no answer."""
+    try:
+        decided = json.loads(run(ASK, json.dumps([seen for seen, _ in RULES]), file=AGENT).splitlines()[-1])
+        for (seen, wanted), action in zip(RULES, decided, strict=True):
+            got = action["linear"], action["angular"]
+            if math.dist(got, wanted) > NEARLY:
+                return (
+                    f"the reason is {AGENT}, whose check comes first: at {seen} it decides {got}, and must decide "
+                    f"{wanted}"
+                )
+    except (CourseError, IndexError, KeyError, TypeError, ValueError):  # its own check tells of that
+        return ""
+    return ""
 
 
 class AnotherAgent:

@@ -135,6 +135,21 @@ def test_plain(book, tmp_path, caplog):
     assert "calculator: 2 grades; left empty: 1 waiting for marks, 2 not handed in" in caplog.text
 
 
+def test_what_was_handed_in_and_is_not_graded_yet_gets_no_0(book, tmp_path, caplog):
+    """As after a grading that was killed, or a hand-in that was collected later."""
+    (tmp_path / "submitted" / "eve" / "services").mkdir(parents=True)
+    config = Config()
+    config.CourseDirectory.root = str(tmp_path)
+    exporter = CsvExporter(config=config)
+    exporter.not_handed_in = "0"
+    with caplog.at_level(logging.INFO):
+        lines = exported(exporter, book, tmp_path)
+    rows = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
+    states = {row["assignment"]: (row["state"], row["score"]) for row in rows if row["student_id"] == "eve"}
+    assert states == {"calculator": ("not handed in", "0"), "services": ("not graded yet", "")}
+    assert "services: handed in, and not graded yet: eve. Grade, and export again" in caplog.text
+
+
 def test_days_late_are_0_only_in_time_and_count_the_extension(book, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)  # nbgrader's commands find the course's extensions here
     (tmp_path / "nbgrader_config.py").touch()
