@@ -37,6 +37,11 @@ class Load:
         return self._sum / self._looks if self._looks else 0.0
 
 
+def is_starved() -> bool:
+    """Return True if each core of the machine had more than STARVED threads to run in the last minute, on average."""
+    return os.getloadavg()[0] / (os.cpu_count() or 1) > STARVED
+
+
 def runnable() -> float:
     """Return the number of runnable threads, without this one, per core of this process (proc(5), /proc/loadavg)."""
     return waiting() / _cores()

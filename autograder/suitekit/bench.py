@@ -49,6 +49,7 @@ class Bench:
         self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
         self.nodeless: Counter[str] = Counter()  # by file: in how many worlds its program has shown no node
+        self.with_node: set[str] = set()  # the files whose programs have shown a node in some world
         self.late: set[str] = set()  # files of which a run was still going on at its limit, twice
         self.known: set[str] = set()  # what the suite has learned of the programs, in words of its own
 

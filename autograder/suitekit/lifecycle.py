@@ -35,10 +35,12 @@ from functools import partial
 from typing import Protocol, TypeVar
 
 from autograder.errors import Crashed, Fault, TimedOut, Wrong
+from autograder.sandbox.machine_load import is_starved
 from autograder.suitekit.hints import is_of_text, last_words
 
 USED_UP = "Not tested: your programs were so slow in the tests before that the time was used up."
 LEAST = 1.0  # s that a wait must have lasted to be reported
+LONGER = 3  # times, on a starved machine
 START = 20.0  # s that a program may take to offer what is wanted on the first try; half of it on the second
 SETTLED = 6.0  # s, the same once it shows a node
 ANSWER = 10.0  # s that an answer may take
@@ -163,8 +165,16 @@ class Lifecycle(ABC):
 
     @property
     def tries(self) -> tuple[float, ...]:
-        """Return the times (s) that the program has to offer what is wanted, one for each of its starts, if any."""
-        return START, START / 2
+        """Return the times (s) that the program has to offer what is wanted, one for each of its starts, if any.
+
+        They are longer on a starved machine, where loading ROS 2 and finding a node take long.
+        """
+        first = START * (LONGER if is_starved() else 1)
+        return first, first / 2
+
+    @abstractmethod
+    def shows_a_node(self) -> None:
+        """Note that the program has shown a node."""
 
     @abstractmethod
     def never_shows_a_node(self) -> None:
@@ -268,7 +278,9 @@ class Lifecycle(ABC):
             return not self.missing(wanted) or not self.program.alive
 
         if self.wait_until(lambda: decided() or self.has_node(), self.allow(limit)):
-            self._shown |= self.has_node()
+            if self.has_node():
+                self._shown = True
+                self.shows_a_node()
             self.wait_until(decided, self.allow(SETTLED))
         return self.program.alive and not self.missing(wanted)
 

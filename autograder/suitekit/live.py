@@ -104,9 +104,14 @@ class LiveProgram(Lifecycle):
     def tries(self) -> tuple[float, ...]:
         """Return the times (s) that the program has to offer what is wanted: fewer if it shows no node elsewhere.
 
-        Its file has one try if there was no node in one other world, and none if there was none in two.
+        While its file has shown one in no world, it has one try if there was none in one other world, and none if there
+        was none in two.
         """
-        return super().tries[self.bench.nodeless[self.file] :]
+        return super().tries[0 if self.file in self.bench.with_node else self.bench.nodeless[self.file] :]
+
+    def shows_a_node(self) -> None:
+        """Note it for the other worlds in which the same file is started."""
+        self.bench.with_node.add(self.file)
 
     def never_shows_a_node(self) -> None:
         """Note it for the other worlds in which the same file is started."""

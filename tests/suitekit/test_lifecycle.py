@@ -104,6 +104,9 @@ class Fake(Lifecycle):
     def has_node(self):
         return self.program.has_node()
 
+    def shows_a_node(self):
+        self.with_node = True
+
     def never_shows_a_node(self):
         self.nodeless += 1
 

@@ -1,5 +1,6 @@
 """What is said of a program that offers the right name with another type."""
 
+import os
 from collections import Counter
 from types import SimpleNamespace
 
@@ -84,7 +85,7 @@ def test_an_executor_that_calls_no_callback_is_named_where_there_is_no_answer(so
 
 
 def test_a_file_that_shows_no_node_in_one_world_is_waited_for_briefly_in_the_others():
-    bench = SimpleNamespace(nodeless=Counter())
+    bench = SimpleNamespace(nodeless=Counter(), with_node=set())
     one, same, other = LiveProgram(bench, "lift.py"), LiveProgram(bench, "lift.py"), LiveProgram(bench, "client.py")
     before = one.tries
     one.never_shows_a_node()
@@ -95,3 +96,15 @@ def test_a_file_that_shows_no_node_in_one_world_is_waited_for_briefly_in_the_oth
         LiveProgram(bench, "lift.py").up()
     with pytest.raises(TimedOut, match="and it never offered the service /block: does the program wait"):
         LiveProgram(bench, "lift.py").up(offer("/block"))
+    other.shows_a_node()
+    assert one.tries == ()
+    one.shows_a_node()
+    assert one.tries == same.tries == before
+
+
+def test_a_program_has_more_time_to_start_on_a_starved_machine(monkeypatch):
+    """A right answer that begins with a pause lost the points of six tests at 45 threads for each core."""
+    program = LiveProgram(SimpleNamespace(nodeless=Counter(), with_node=set()), "lift.py")
+    for load, times in ((4.9, (20.0, 10.0)), (5.1, (60.0, 30.0))):
+        monkeypatch.setattr("os.getloadavg", lambda load=load: (load * (os.cpu_count() or 1), 0.0, 0.0))
+        assert program.tries == times
