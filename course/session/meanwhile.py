@@ -104,7 +104,6 @@ class Meanwhile(ClientWatcher):
                         f"{each.name} of this notebook has called {name} {times} meanwhile, which may be why. "
                         f"To end it: ros.stop('{each.name}')."
                     )
-
         for timer in self._timers:
             if not timer.is_canceled() and timer in self._node.timers:
                 called = getattr(timer.callback, "__name__", "a function")
