@@ -437,7 +437,7 @@ def export_command(
         if assignment in (None, report.assignment) and (not student or report.student in student)
     }
     bases = {key: basis for key, basis in output.bases(out, lost=True).items() if key in exported}
-    gone = [key for key, basis in bases.items() if not Path(basis.submitted, *key).exists()]
+    gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
     for why, keys in (
         (REPLACED, [key for key, basis in bases.items() if basis.is_replaced(key)]),
         ("graded, and their folder is no longer there (was it renamed?)", gone),
@@ -692,7 +692,7 @@ def _circumstances(
         if gradebook:
             raise
         url = ""
-    ungraded = [(student, name) for name in names for student in absent[name] if (submitted / student / name).is_dir()]
+    ungraded = [(who, name) for name in names for who in absent[name] if listing.is_handed_in(submitted, who, name)]
     absent = {name: [each for each in absent[name] if (each, name) not in ungraded] for name in names}
     late = lateness(url, submitted) if url else {}
     findings = [finding for name in names for finding in find(out, name, ALIKE)]

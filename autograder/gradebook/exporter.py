@@ -39,7 +39,7 @@ from traitlets import Bool, Enum
 from autograder.errors import CannotExport, UsageError
 from autograder.gradebook import late, members
 from autograder.results.text import counted, printable
-from autograder.submissions import exercises
+from autograder.submissions import exercises, listing
 from course.foundation import storage
 
 DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
@@ -152,7 +152,7 @@ class Exporter(ExportPlugin):
                     self.automatic,
                     self.not_handed_in,
                     now is not None and student.id not in now,
-                    (submitted / student.id / assignment.name).is_dir(),
+                    listing.is_handed_in(submitted, student.id, assignment.name),
                 )
         gone = [name for name, mine in grades.items() if mine and {grade.state for grade in mine.values()} == {LEFT}]
         self.tell(gone, "because they have left the class, and nothing of theirs was collected")

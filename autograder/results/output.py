@@ -37,8 +37,10 @@ class Basis:
 
     def is_replaced(self, key: tuple[str, str]) -> bool:
         """Return True if other files of that student and exercise are in the folder now; False if none are."""
-        there = os.path.lexists(Path(self.submitted, *key))
-        return there and listing.digest(listing.read(Path(self.submitted), *key)) != self.files
+        return (
+            listing.is_handed_in(Path(self.submitted), *key)
+            and listing.digest(listing.read(Path(self.submitted), *key)) != self.files
+        )
 
 
 class Output:

@@ -22,7 +22,7 @@ from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
 from autograder.results.text import counted
 from autograder.returning import ways
-from autograder.submissions import provenance
+from autograder.submissions import listing, provenance
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 from course.returned.record import Mark
@@ -99,7 +99,9 @@ def give_back(
     now: dict[str, str] = {}
     without = sorted({*roster} - {student for student, _ in reports})
     names = {assignment for _, assignment in reports}
-    ungraded = [each for each in without if any((place / each / name).is_dir() for place in marks for name in names)]
+    ungraded = [
+        each for each in without if any(listing.is_handed_in(place, each, name) for place in marks for name in names)
+    ]
     nothing = [student for student in without if student not in ungraded]
     result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded)
     pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)

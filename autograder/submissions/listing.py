@@ -22,8 +22,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
-    # lexists: a link or a file in place of the folder counts as handed in, and is refused when it is read.
-    found = [(student, name) for student in chosen for name in known if os.path.lexists(submitted / student / name)]
+    found = [(student, name) for student in chosen for name in known if is_handed_in(submitted, student, name)]
     if not found:
         what = f"{assignment} of " if assignment else ""
         hints = [
@@ -32,6 +31,11 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
         nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
         raise UsageError("; ".join([nothing, *hints]))
     return found
+
+
+def is_handed_in(submitted: Path, student: str, assignment: str) -> bool:
+    """Return True if a student's submission is there; so is a link or a file in its place, refused when it is read."""
+    return os.path.lexists(submitted / student / assignment)
 
 
 def _entries(submitted: Path) -> list[os.DirEntry]:
