@@ -10,7 +10,6 @@ import itertools
 import os
 import re
 import shutil
-import tempfile
 import unicodedata
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -24,9 +23,10 @@ from autograder.errors import Unplaced, UsageError
 from autograder.platforms import users_are_global
 from autograder.results.output import lock
 from autograder.results.text import counted
-from autograder.submissions import exercises, provenance, reading
+from autograder.submissions import exercises, listing, provenance, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, Source
 from autograder.submissions.roster import Roster
+from course.foundation import storage
 from course.foundation.untrusted import one_line
 
 OTHERS = ".others"  # hand-ins that do not count
@@ -74,6 +74,9 @@ def alone(sources: Iterable[Path], into: Path) -> Iterator[None]:
     except OSError as error:
         raise UsageError(f"cannot write to {into}: {error.strerror}") from None
     try:
+        for beside in ("*", f"{OTHERS}/*/*"):  # what a collection has left that was killed
+            for draft in into.glob(f"{beside}/{storage.DRAFT}*"):
+                shutil.rmtree(draft, ignore_errors=True)
         yield
     finally:
         os.close(held)
@@ -116,8 +119,8 @@ def collect(
                     found[handed_in.student, handed_in.assignment].append(handed_in)
                     if bundle.unnamed:
                         unnamed[source, bundle.download].append(handed_in)
-    looks = [] if roster else _compare_students(unnamed.values(), found, unplaced)
     into.mkdir(parents=True, exist_ok=True)
+    looks = _of_no_student(into, roster) if roster else _compare_students(unnamed.values(), found, unplaced)
     before = {key: provenance.read(into, *key) for key in found}
     if not roster:
         _compare_receipts(found)
@@ -177,6 +180,16 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
         if len(scripts) > 1 and not scripts <= EAST_ASIAN:
             found = " and ".join(sorted(script.capitalize() for script in scripts))
             each.notes.append(f"its student's name mixes {found} letters, which may look alike: whose is it?")
+
+
+def _of_no_student(into: Path, roster: Roster) -> list[str]:
+    """Return a line on the folders that were laid out before, perhaps without a roster, for nobody in this one."""
+    names = [name for name in listing.folders(into) if name not in roster.students]
+    line = (
+        f"not in the roster, and laid out before: {', '.join(names)}. What is there is graded, too: move it away if it "
+        "is a student's of the roster under another name"
+    )
+    return [line] if names else []
 
 
 def _compare_receipts(found: Found) -> None:
@@ -425,7 +438,7 @@ def _lay_out(handed_in: HandedIn, into: Path) -> bool:
     target = into / handed_in.student / handed_in.assignment
     target.parent.mkdir(parents=True, exist_ok=True)
     provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
-    _write(handed_in, target, into)
+    _write(handed_in, target)
     return True
 
 
@@ -457,7 +470,7 @@ def _keep(handed_in: HandedIn, into: Path) -> None:
     digest = hashlib.sha256(repr(sorted(handed_in.files.items())).encode()).hexdigest()[:8]
     target = folder / f"{handed_in.at:%Y%m%dT%H%M%SZ}-{digest}"
     if not target.exists():
-        _write(handed_in, target, into)
+        _write(handed_in, target)
 
 
 def _move_away(target: Path, into: Path, at: datetime | None) -> None:
@@ -468,19 +481,13 @@ def _move_away(target: Path, into: Path, at: datetime | None) -> None:
     target.rename(folder / f"{stem}-{number}")
 
 
-def _write(handed_in: HandedIn, target: Path, into: Path) -> None:
+def _write(handed_in: HandedIn, target: Path) -> None:
     """Write a hand-in's folder, whole or not at all."""
-    draft = Path(tempfile.mkdtemp(prefix=".part-", dir=into))
-    try:
-        draft.chmod(0o755)
+    with storage.folder(target) as draft:
         for name, content in handed_in.files.items():
             (draft / name).write_bytes(content)
         if handed_in.came.time == KNOWN:
             (draft / reading.TIMESTAMP).write_bytes(f"{handed_in.at:{TIME}}\n".encode())
-        draft.rename(target)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        raise
 
 
 def describe(collection: Collection) -> str:

@@ -5,8 +5,6 @@ So a class graded by `autograder grade` can be marked by hand at once, without b
 
 import hashlib
 import json
-import secrets
-import shutil
 from pathlib import Path
 
 import nbformat
@@ -16,6 +14,7 @@ from autograder.errors import RefusedFile
 from autograder.gradebook.plugins import NameCells, handed_in_notebook, show_results
 from autograder.records import Report
 from autograder.submissions import notebook, reading
+from course.foundation import storage
 
 FOLDER = "autograded"
 HANDED_IN = "handed_in"  # key in the metadata of what is shown: a digest of the notebook file, "" without one
@@ -41,20 +40,11 @@ def lay_out(config: Config, url: str, submitted: Path, report: Report) -> Path:
     shown, _ = naming.preprocess(handed_in_notebook(handed_in / name), {"nbgrader": names})
     shown.metadata["autograder"], shown.metadata[HANDED_IN] = report.public(), digest
     show_results(shown, report)
-    target.parent.mkdir(parents=True, exist_ok=True)  # with the course's permissions: instructors may share it
-    draft = folder / f".part-{secrets.token_hex(8)}"
-    draft.mkdir()
-    try:
+    with storage.folder(target) as draft:  # with the course's permissions: instructors may share it
         for path, content in reading.regular_files(handed_in, notebook.MAX_BYTES):
             if path.suffix.lower() not in (".html", ".ipynb"):  # nbgrader would copy a page to the feedback
                 (draft / path.name).write_bytes(content)
         (draft / name).write_text(nbformat.writes(shown), encoding="utf-8", errors="replace")
-        if target.exists():
-            shutil.rmtree(target)
-        draft.rename(target)
-    except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)
-        raise
     return target
 
 

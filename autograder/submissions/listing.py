@@ -18,7 +18,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
     if not submitted.is_dir():
         raise UsageError(f"there is no folder {submitted}")
     known = exercises.names() if assignment is None else [exercises.load(assignment).name]
-    present = [entry.name for entry in _entries(submitted) if entry.is_dir() and _is_text(entry.name)]
+    present = folders(submitted)
     chosen = list(students) or present
     if missing := sorted(set(chosen) - set(present)):
         raise UsageError(f"no folder in {submitted} for student {missing[0]!r}")
@@ -31,6 +31,11 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
         nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
         raise UsageError("; ".join([nothing, *hints]))
     return found
+
+
+def folders(submitted: Path) -> list[str]:
+    """Return the names of the students' folders, in order."""
+    return [entry.name for entry in _entries(submitted) if entry.is_dir() and _is_text(entry.name)]
 
 
 def is_handed_in(submitted: Path, student: str, assignment: str) -> bool:

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+DRAFT = ".part-"  # how the name of a folder begins that is being filled
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
 MOST_LINKS = 40  # that lead to one another, as in Linux
 OF_ONE_FILE = re.compile(r"\[Errno \d+\] (.+?)(: '.*' -> '.*')?", re.DOTALL)  # the text of an OSError
@@ -43,7 +44,7 @@ def folder(target: Path, mode: int = 0o777) -> Iterator[Path]:
     If the block raises an error, or the folder cannot take that place (OSError), nothing has changed.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    draft, former = (target.with_name(f".{kind}-{secrets.token_hex(8)}") for kind in ("part", "former"))
+    draft, former = (target.with_name(f"{kind}{secrets.token_hex(8)}") for kind in (DRAFT, ".former-"))
     try:
         draft.mkdir(mode)
         yield draft

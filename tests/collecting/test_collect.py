@@ -12,11 +12,12 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
-from autograder.collecting.collect import collect, describe
+from autograder.collecting.collect import alone, collect, describe
 from autograder.errors import UsageError
 from autograder.platforms import origin
 from autograder.submissions.roster import LONGEST, Roster, read_rosters
 from autograder.submissions.times import parse_time
+from course.foundation import storage
 from course.hand_in import HandIn, write
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
@@ -503,6 +504,31 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
         collect([new], tmp_path / "out")
     monkeypatch.undo()
     assert laid_out(tmp_path / "out") == before
+
+
+def test_what_a_killed_collection_leaves_is_cleared_away_and_nothing_else(tmp_path):
+    out = tmp_path / "out"
+    collect([handed_in(tmp_path / "one", at=EARLY), handed_in(tmp_path / "two", at=LATER)], out)
+    there = laid_out(out)
+    for left in (out / "ada", out / ".others/ada/services", out / "zoe"):
+        (left / f"{storage.DRAFT}0123").mkdir(parents=True)
+        (left / f"{storage.DRAFT}0123/relay.py").write_text("half")
+    (out / "ada/services/.part-of-the-work").mkdir()  # a student's own
+    with alone([tmp_path / "one"], out):
+        assert laid_out(out) == there
+    assert [path.relative_to(out) for path in out.rglob(".part-*")] == [Path("ada/services/.part-of-the-work")]
+
+
+def test_a_folder_that_was_laid_out_before_for_nobody_in_the_roster_is_named(tmp_path):
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,login\ncarl,cs99\n")
+    archives = handed_in(tmp_path / "in", "cs99").parent
+    assert collect([archives], tmp_path / "out").looks == []
+    result = collect([archives], tmp_path / "out", read_rosters([roster]))
+    assert counted(tmp_path / "out") == {"carl/services", "cs99/services"}
+    assert "LOOK: not in the roster, and laid out before: cs99. What is there is graded, too" in describe(result)
+    shutil.rmtree(tmp_path / "out/cs99")
+    assert collect([archives], tmp_path / "out", read_rosters([roster])).looks == []
 
 
 def test_the_command_says_what_came_of_it(tmp_path):
