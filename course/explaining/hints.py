@@ -749,6 +749,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("`rclpy.init()` is called twice: a program calls it once, in `main`."),
     ),
     (
+        r"^TypeError: spin_until_future_complete\(\) missing 1 required positional argument: 'future'",
+        _says("The node comes first: `rclpy.spin_until_future_complete(node, future)`."),
+    ),
+    (
         r"missing 1 required positional argument: 'self'",
         _says("This is the class, not a node: create a node with brackets, as in `node = TheClass()`."),
     ),
@@ -822,6 +826,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"InvalidParameterValueException.*out of range",
         _says("The value, and the default too, must lie within the descriptor's range."),
+    ),
+    (
+        r"ParameterAlreadyDeclaredException.*use_sim_time",
+        _says("rclpy declares `use_sim_time` for each node: remove this declaration."),
     ),
     (r"ParameterAlreadyDeclaredException", _says("A parameter is declared once: remove the second declaration.")),
     (r"InvalidParameterTypeException|Wrong parameter type", _wrong_parameter_type),

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from course.explaining.conditions import always, asked_by
+from course.explaining.doubled import doubled
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.interface_fields import fields_of
 from course.explaining.lost_values import lost_values
@@ -20,13 +21,13 @@ from course.explaining.source import (
     functions,
     functions_of,
     last_parameter,
+    made_in_a_callback,
     name_of,
     named,
     parameter_callbacks,
     parse,
     service_callbacks,
     the_method_itself,
-    timer_in_a_callback,
     undecorated,
     without_global,
 )
@@ -57,15 +58,16 @@ def slips(cell: str) -> list[str]:
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     found |= {*_unawaited(tree), *thrown_away(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
-    found |= {*exchanged_limits(tree)}
+    found |= {*exchanged_limits(tree), *doubled(tree, skipped)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
     if skipped:  # a file has only what it imports and makes itself
-        found |= {*_unknown_exceptions(tree), *misspelt_texts(tree)}
-    if more := timer_in_a_callback(cell.partition("\n")[2] if skipped else cell):
-        text = f"'{more[0]}' makes one more timer each time that it is called. Make the timer once, in `__init__`."
-        found.add((more[1] + skipped, text))
+        found |= {*_unknown_exceptions(tree), *misspelt_texts(tree), *_lists_its_own_client(tree)}
+    if more := made_in_a_callback(cell.partition("\n")[2] if skipped else cell):
+        where, line, what = more
+        text = f"'{where}' makes one more {what} each time that it is called. Make the {what} once, in `__init__`."
+        found.add((line + skipped, text))
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 
 
@@ -87,6 +89,16 @@ def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield node.lineno, f"`{text}` compares, and does nothing with it. To return it, write `{how}`."
                 else:
                     yield node.lineno, f"`{text}` compares, and changes nothing. To set it, write `{how}`."
+
+
+def _lists_its_own_client(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the calls that look for a server in a list which also names services that only have a client."""
+    client = next(calls(tree, "create_client"), None)
+    text = (
+        "`get_service_names_and_types()` also lists services that only have a client, as this node's own. Ask the "
+        "client: `service_is_ready()`."
+    )
+    yield from ((call.lineno, text) for call in calls(tree, "get_service_names_and_types") if client)
 
 
 def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:

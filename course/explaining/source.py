@@ -882,10 +882,13 @@ def unspun_executor(source: str) -> tuple[str, int, str] | None:
     return None
 
 
-def timer_in_a_callback(source: str) -> tuple[str, int] | None:
-    """Return a callback that makes one more timer at each call, and the line of `create_timer`; None if none does."""
+MADE_ONCE = {"create_timer": "timer", "create_publisher": "publisher"}  # in a callback, each call makes one more
+
+
+def made_in_a_callback(source: str) -> tuple[str, int, str] | None:
+    """Return a callback that makes one more timer or publisher at each call, with line and kind; None if none does."""
     tree = parse(source)
-    if any(next(calls(tree, name), None) for name in ("cancel", "destroy", "destroy_timer")):
+    if any(next(calls(tree, name), None) for name in ("cancel", "destroy", "destroy_timer", "destroy_publisher")):
         return None
     makers = ("create_subscription", "create_timer", "create_service")
     names = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
@@ -894,8 +897,10 @@ def timer_in_a_callback(source: str) -> tuple[str, int] | None:
             if any(isinstance(node, (ast.Return, ast.Raise)) for node in ast.walk(statement)):
                 break  # what follows may run only once
             made = statement.value if isinstance(statement, (ast.Assign, ast.Expr)) else None
-            if isinstance(made, ast.Call) and name_of(made.func) == "create_timer":
-                return function.name, made.lineno
+            if isinstance(made, ast.Call) and name_of(made.func) == "publish" and isinstance(made.func, ast.Attribute):
+                made = made.func.value  # create_publisher(...).publish(...)
+            if isinstance(made, ast.Call) and name_of(made.func) in MADE_ONCE:
+                return function.name, made.lineno, MADE_ONCE[name_of(made.func)]
     return None
 
 

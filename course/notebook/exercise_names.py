@@ -1,9 +1,13 @@
 """The names of an exercise's files: those that its public checks use, and what is said about others."""
 
+import ast
 import difflib
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+from course.explaining.failure_report import text_at
+from course.explaining.source import parse
 from course.foundation import cells
 from course.interfaces.definition import SECTIONS
 
@@ -29,6 +33,21 @@ def not_wanted(name: str) -> str:
     near = difflib.get_close_matches(name, wanted, 1, ALIKE)
     meant = f" If it should be {near[0]}, begin the cell with `%%exercise {near[0]}`." if near else ""
     return f"{name} is not a file that the checks of this exercise use ({', '.join(wanted)}).{meant}"
+
+
+def left_behind(file: str) -> Iterator[tuple[int, str]]:
+    """Yield the line and the name of each module that `file` imports from its folder and that is no exercise's file."""
+    wanted = wanted_files()
+    for node in ast.walk(parse(text_at(Path(file)))):
+        if isinstance(node, ast.Import):
+            names = [each.name for each in node.names]
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            names = [node.module or ""]
+        else:
+            continue
+        for name in {each.partition(".")[0] for each in names}:
+            if Path(f"{name}.py").is_file() and f"{name}.py" not in wanted:
+                yield node.lineno, name
 
 
 def instead_of(name: str) -> str:

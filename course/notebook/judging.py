@@ -36,13 +36,13 @@ from course.explaining.source import (
     functions,
     idle,
     made_at,
+    made_in_a_callback,
     makes_one_node,
     name_of,
     named,
     one_at_a_time,
     parameter_callbacks,
     service_callbacks,
-    timer_in_a_callback,
     without_global,
     written_number,
     wrong_guard,
@@ -54,7 +54,7 @@ from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
 from course.notebook.command_line import lost_status, return_in_finally
-from course.notebook.exercise_names import instead_of
+from course.notebook.exercise_names import instead_of, left_behind
 from course.notebook.file_differences import refusal_of
 from course.ros.names import split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, take_request
@@ -109,6 +109,12 @@ def judge(
     as_it_lies(file)
     if why := idle(file, text_at(Path(file))):
         raise ExerciseError(why)
+    for line, module in left_behind(file):
+        print(
+            f"note: {file}, line {line} imports {module}.py, which is not handed in with it: copy what you need from "
+            f"there into {file}.",
+            file=sys.stderr,
+        )
     session = live()
     if file in {row.started_as for row in session.rows()}:
         session.stop(file)
@@ -606,10 +612,11 @@ def more_timers(file: str) -> str:
                     f"\n{frame_at(file, loop.lineno, source)}\nThis loop publishes without a pause. A timer, "
                     "`create_timer(0.1, callback)`, calls a method ten times a second."
                 )
-    if more := timer_in_a_callback(source):
+    if more := made_in_a_callback(source):
+        where, line, what = more
         return (
-            f"\n{frame_at(file, more[1], source)}\n'{more[0]}' makes one more timer each time that it is called. Make "
-            "the timer once, in `__init__`."
+            f"\n{frame_at(file, line, source)}\n'{where}' makes one more {what} each time that it is called. Make "
+            f"the {what} once, in `__init__`."
         )
     return ""
 

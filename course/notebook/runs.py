@@ -1,5 +1,6 @@
 """Runs a notebook's public checks in a separate kernel, with only the cells they need, for Validate and the hand-in."""
 
+import os
 import re
 import subprocess
 import tempfile
@@ -14,10 +15,12 @@ from nbformat import NotebookNode
 from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
 from nbgrader.validator import Validator
 
+from course import registry
 from course.foundation.cells import FAILED, PASSED, UNFINISHED, Cell
 from course.notebook.file_differences import written_by
 from course.notebook.needed_cells import needed_cells
 
+DOMAIN = "ROS_DOMAIN_ID"
 TOLD = ("AssertionError", "CallTimeout", "ExerciseError", "InterfaceError", "LiveError", "NodeFailed")  # by message
 CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
@@ -88,11 +91,18 @@ def outcomes(
     client.on_cell_executed = on_cell_executed
     died = ""
     try:
-        client.execute(stderr=subprocess.DEVNULL)
+        client.execute(stderr=subprocess.DEVNULL, env=_apart())
     except DeadKernelError:
         died = f"{FAILED}the kernel ended before this check had finished"
     checks = zip(wanted, notebook.cells, strict=True)
     return {cell.name: _outcome(ran) or died or PASSED for cell, ran in checks if cell.public_check}
+
+
+def _apart() -> dict[str, str]:
+    """Return the variables of a kernel that joins no running session: its programs would be in the checks' way."""
+    domain = os.environ.get(DOMAIN, "")
+    joined = domain.isdecimal() and registry.of_domain(int(domain))
+    return {name: value for name, value in os.environ.items() if name != DOMAIN or not joined}
 
 
 def _source(cell: Cell, files: Mapping[str, bytes]) -> str:

@@ -865,3 +865,73 @@ def test_a_lock_that_each_call_makes_is_told(before, block, told):
 def test_a_slice_of_ranges_that_is_empty_is_told(part, says):
     told = "".join(slips(f"def nearest(scan):\n    return min({part})\n"))
     assert says in told and bool(says) == bool(told), told
+
+
+DOUBLED = """%%exercise motor_service.py
+class MotorService(Node):
+    def __init__(self):
+        super().__init__('motor_service')
+        self.create_service(SetBool, 'motors/enable', self.enable)
+        {again}
+
+    def enable(self, request, response):
+        return response
+
+    {more}
+"""
+
+
+SERVED = "self.create_service(SetBool, {}, self.stop)"
+HEARD = "self.create_subscription(Float64, 'error', self.{}, 10)\n        "
+LIFT = "self.lift = ActionServer(self, Lift, 'lift', self.go)\n        "
+SETTER = (
+    "@property\n    def state(self):\n        return 1\n\n    @state.setter\n    def state(self, value):\n        ..."
+)
+
+
+@pytest.mark.parametrize(
+    ("again", "more", "says"),
+    [
+        (SERVED.format("'motors/enable'"), "", "line 5: motors/enable is served twice by this node: each request is"),
+        (2 * LIFT, "", "line 6: lift has two action servers in this node: each goal comes to one of the two, here and"),
+        (
+            2 * HEARD.format("stop"),
+            "",
+            "line 6: error is subscribed to twice by this node: each message is taken twice",
+        ),
+        (
+            "",
+            "def enable(self, request, response):\n        ...",
+            "line 10: 'enable' is defined in line 7, too, and this",
+        ),
+        (SERVED.format("'motors/stop'"), "", ""),
+        (SERVED.format("'/motors/enable'"), "", ""),  # may be another one, in a namespace
+        (f"if self.old:\n            {SERVED.format(repr('motors/enable'))}", "", ""),
+        (HEARD.format("stop") + HEARD.format("go"), "", ""),  # two that both listen
+        (SERVED.format("'motors/enable'").replace("self", "other", 1), "", ""),
+        ("", SETTER, ""),
+    ],
+)
+def test_what_a_text_makes_twice_is_told_with_both_lines(again, more, says):
+    told = [line for line in slips(DOUBLED.format(again=again, more=more)) if "twice" in line or "two" in line]
+    assert [says in line for line in told] == [True] * bool(says), told
+
+
+def test_a_publisher_that_a_callback_makes_is_told():
+    heard = "%%exercise a.py\nself.create_subscription(Float64, 'error', self.hear, 10)\n\ndef hear(self, msg):\n    {}"
+    (told,) = slips(heard.format("self.create_publisher(Float64, 'effort', 10).publish(msg)"))
+    assert told == (
+        "note: line 4: 'hear' makes one more publisher each time that it is called. Make the publisher once, in "
+        "`__init__`."
+    )
+    assert slips(heard.format("self.publisher.publish(msg)")) == []
+
+
+def test_a_server_is_not_looked_for_in_a_list_that_names_clients():
+    text = "%%exercise relay.py\nself.client = self.create_client(AddTwoInts, 'add')\n{}"
+    (told,) = slips(text.format("there = 'add' in dict(self.get_service_names_and_types())"))
+    assert told == (
+        "note: line 2: `get_service_names_and_types()` also lists services that only have a client, as this node's "
+        "own. Ask the client: `service_is_ready()`."
+    )
+    assert slips(text.format("there = self.client.service_is_ready()")) == []

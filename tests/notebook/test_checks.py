@@ -200,3 +200,11 @@ def test_a_name_of_a_check_alone_is_not_the_one_that_a_cell_means(here, line, sa
     with pytest.raises(NameError) as error:
         exec(compile(line, name, "exec"), {"ros": SimpleNamespace(start=print, stop=print)})
     assert extension.reason(error.value, Path()) == said
+
+
+@pytest.mark.parametrize(("domain", "joins"), [("77", False), ("78", True), ("many", True), ("", True)])
+def test_checks_of_a_hand_in_do_not_join_the_session_whose_cell_has_started_it(monkeypatch, domain, joins):
+    """Its programs serve what the checks' programs serve; a domain that the user has chosen is kept."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", domain)
+    monkeypatch.setattr(runs.registry, "of_domain", {77: "a session"}.get)
+    assert (runs._apart().get("ROS_DOMAIN_ID") == domain) == joins

@@ -19,6 +19,7 @@ from course.errors import ExerciseError, InterfaceError, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.notebook import exercise_magic, judging
 from course.notebook.exercise_magic import exercise
+from course.notebook.exercise_names import left_behind
 from course.session import live
 
 ASK = "import agent; print(agent.answer())"
@@ -489,6 +490,13 @@ def test_a_file_that_no_check_uses_is_told_with_the_name_that_is_meant(folder, c
     assert capsys.readouterr().err == ""
     with pytest.raises(UsageError, match=r"The checks of this exercise use Ask\.srv, relay\.py"):
         exercise("relay2", "pass\n")
+
+
+@pytest.mark.usefixtures("page")
+def test_a_module_that_is_not_handed_in_is_told_with_its_line(folder):
+    (folder / "motor_state.py").touch()
+    (folder / "relay.py").write_text("import os, json\nfrom motor_state import State\nimport rclpy, relay, missing\n")
+    assert [*left_behind("relay.py")] == [(2, "motor_state")]
 
 
 @pytest.mark.usefixtures("page")

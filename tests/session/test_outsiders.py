@@ -12,6 +12,7 @@ import pytest
 from example_interfaces.srv import AddTwoInts
 from rclpy.node import Node
 
+from course import registry
 from course.errors import CallTimeout, LiveError
 from course.foundation import processes
 from course.foundation.waiting import wait_until
@@ -152,6 +153,15 @@ def test_a_program_that_ctrl_z_has_stopped_is_ended_by_what_does_not_wait_for_it
         process.send_signal(signal.SIGSTOP)
         ending = f"`fg` and Ctrl-C in its terminal, or `!kill -9 {process.pid}`"
         assert wait_until(lambda: outsider.ending == ending, 9)
+        process.kill()
+
+
+def test_a_program_of_another_notebook_is_ended_there(monkeypatch):
+    kernel = registry.SessionRecord(os.getpid(), 42, "/home/ada/notebooks/services", 0.0, 0, kernel="1234")
+    monkeypatch.setattr(registry, "running", lambda: [kernel])
+    with subprocess.Popen(["sleep", "60"]) as process:
+        ending = f"`ros.stop()` in the notebook in services, or `!kill {process.pid}`"
+        assert Outsider("/node", process.pid).ending == ending
         process.kill()
 
 
