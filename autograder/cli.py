@@ -221,6 +221,7 @@ def regrade_command(
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
+    _tell_of_a_copy(out)
     with (
         output.Output(out, resume=True) as results,
         regrade.Regrading(results, assignment, student or [], everything) as again,
@@ -388,6 +389,7 @@ def return_command(
     from autograder.returning.giving_back import FOLDER, give_back, place_for_changed
     from autograder.returning.giving_back import describe as describe_returned
 
+    _tell_of_a_copy(out)
     known = _roster_of(out, roster)
     url = "" if no_gradebook else gradebook
     absent = known.students if known else ()
@@ -426,6 +428,7 @@ def export_command(
 
     if user not in (None, *platforms.MOODLE.columns):
         raise UsageError(f"--user is one of {', '.join(platforms.MOODLE.columns)}")
+    _tell_of_a_copy(out)
     submitted = output.submitted(out)
     wish = Wish(
         form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
@@ -661,6 +664,18 @@ def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | 
         return policy.moved(over.replace(tzinfo=None), student, exercise).replace(tzinfo=UTC) if over else None
 
     return end
+
+
+def _tell_of_a_copy(out: Path) -> None:
+    """Print a line if `out` lies beside other submissions than its own, as in the copy of a course's folder."""
+    around = out.resolve().parent
+    for place in sorted({basis.submitted for basis in output.bases(out, lost=True).values()}):
+        own = around / Path(place).name
+        if Path(place).parent != around and own.is_dir():
+            line = (
+                f"LOOK: {out} was graded from {place}, with the gradebook there, and {own} is not looked at: was the "
+            )
+            print(printable(f"{line}course's folder copied or moved?"), file=sys.stderr)
 
 
 def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:

@@ -29,6 +29,10 @@ from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
 RETURNED = "returned.json"  # in that folder: a record of the last return
+UNMARKED = (
+    "LOOK: no gradebook was found, so the pages have no marks by hand and no late penalties. If there is one, name it: "
+    "--gradebook URL"
+)
 
 
 @dataclass
@@ -43,6 +47,7 @@ class Returned:
     ungraded: list[str] = field(default_factory=list)  # those with one that is not in the results
     unchanged: int = 0  # pages whose content is the same as at the last return
     changed: list[str] | None = None  # those returned now, if only changed pages were asked for
+    unmarked: bool = False  # without the marks by hand: no gradebook was found
 
 
 class Marks:
@@ -50,21 +55,21 @@ class Marks:
 
     def __init__(self, url: str | None, submitted: Path):
         """Load the course's configuration, for late penalties; raises UsageError when that fails."""
-        self._url = url
+        self.url = url
         self._config: Config | None = late.course_config(submitted) if url else None
 
     def of(self, report: Report) -> list[Mark]:
         """Return the marks of a submission, and its late penalty with these marks."""
         name, student = report.assignment, report.student
-        if self._url is None:
+        if self.url is None:
             return []
         try:
             if self._config is not None:
-                with Gradebook(self._url) as book:
+                with Gradebook(self.url) as book:
                     concerned = late.concerned(book.find_submission(name, student))
                 if concerned:
-                    late.assign(self._config, self._url, name, name, student)
-            return by_hand(self._url, name, student)
+                    late.assign(self._config, self.url, name, name, student)
+            return by_hand(self.url, name, student)
         except MissingEntry:  # graded without the gradebook
             return []
 
@@ -97,13 +102,16 @@ def give_back(
     marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
     before = _returned(out)
     now: dict[str, str] = {}
-    without = sorted({*roster} - {student for student, _ in reports})
+    without = sorted(
+        {each for each in roster if not students or each in students} - {student for student, _ in reports}
+    )
     names = {assignment for _, assignment in reports}
     ungraded = [
         each for each in without if any(listing.is_handed_in(place, each, name) for place in marks for name in names)
     ]
     nothing = [student for student in without if student not in ungraded]
-    result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded)
+    unmarked = gradebook is None and any(each.url is None for each in marks.values())
+    result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded, unmarked=unmarked)
     pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
     for key, report in sorted(reports.items()):
         who = "/".join(key)
@@ -154,7 +162,7 @@ def place_for_changed(out: Path) -> Path:
 
 def describe(result: Returned) -> str:
     """Return the result as lines for the instructor."""
-    lines = []
+    lines = [UNMARKED] * result.unmarked
     for path, count in result.made.items():
         lines.append(f"{path}: {counted(count, 'page')}; {instruction(result.forms[path])}")
     for title, names in (
@@ -182,6 +190,11 @@ def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
     except UsageError:
         if gradebook:
             raise
+        if not submitted.is_dir():
+            raise UsageError(
+                f"the submissions of {out} are no longer in {submitted}, so that the gradebook is not known: name it "
+                "(--gradebook URL), or leave out marks by hand and late penalties (--no-gradebook)"
+            ) from None
         return None
 
 

@@ -86,9 +86,17 @@ DENIED = {
     "sethostname": (170, 161),
     "setdomainname": (171, 162),
 }
-# Denied in a grading, not to the servers of a class, which watch files: what the kernel counts for the user in all.
-COUNTED = {"inotify_init": (253, None), "inotify_init1": (294, 26), "timer_create": (222, 107)}
-CLONE, SOCKET, IOCTL, CLONE3 = (56, 220), (41, 198), (16, 29), (435, 435)
+# Denied in a grading, not to the servers of a class, which watch and lock files.
+IN_A_GRADING = {
+    # what the kernel counts for the user in all
+    "inotify_init": (253, None),
+    "inotify_init1": (294, 26),
+    "timer_create": (222, 107),
+    # locks on the files of the system, which all sandboxes and the host share: a channel between two programs
+    "flock": (73, 32),
+}
+CLONE, SOCKET, IOCTL, CLONE3, FCNTL = (56, 220), (41, 198), (16, 29), (435, 435), (72, 25)
+LOCKS = (6, 7, 37, 38, 1024)  # F_SETLK, F_SETLKW, F_OFD_SETLK, F_OFD_SETLKW, F_SETLEASE
 NAMESPACES = 0x7E020000 | 0x80  # CLONE_NEW*: a process may have children, but no new namespaces,
 PARENT = 0x8000  # CLONE_PARENT: nor siblings, which would be children of the process that forked it
 FAMILIES = (1, 2, 10, 16)  # AF_UNIX, AF_INET, AF_INET6, AF_NETLINK (to list interfaces); not AF_VSOCK, AF_ALG, ...
@@ -117,7 +125,7 @@ def program(machine: str | None = None, *, server: bool = False) -> bytes:
         code += _when(NOT_LESS, X32, _error(errno.ENOSYS))
     # glibc falls back to clone, whose flags a filter can check; clone3's are in memory, which a filter cannot read.
     code += _when(EQUAL, CLONE3[column], _error(errno.ENOSYS))
-    for numbers in (DENIED if server else DENIED | COUNTED).values():
+    for numbers in (DENIED if server else DENIED | IN_A_GRADING).values():
         number = numbers[column]
         if number is not None:
             code += _when(EQUAL, number, _error(errno.EPERM))
@@ -127,6 +135,9 @@ def program(machine: str | None = None, *, server: bool = False) -> bytes:
         ARGUMENT[1],
         [word for request in (TIOCSTI, TIOCLINUX) for word in _when(EQUAL, request, _error(errno.EPERM))],
     )
+    if not server:
+        locks = [word for command in LOCKS for word in _when(EQUAL, command, _error(errno.EPERM))]
+        code += _arguments(FCNTL[column], ARGUMENT[1], locks)
     families = [word for family in FAMILIES for word in _when(EQUAL, family, ALLOW)]
     code += _arguments(SOCKET[column], ARGUMENT[0], [*families, _do(RETURN, _error(errno.EAFNOSUPPORT))])
     return b"".join([*code, _do(RETURN, ALLOW)])

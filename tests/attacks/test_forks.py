@@ -333,6 +333,29 @@ def test_it_reaches_no_other_process(server):
     assert int(seen) >= 1 and reached == "[]\n"
 
 
+LOCKING = """
+import fcntl, sys
+
+held = []
+for path in ('/usr/bin/env', sys.executable):
+    for take in (fcntl.flock, fcntl.lockf):
+        try:
+            file = open(path)
+            take(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            held.append((take.__name__, path, file))
+        except PermissionError:
+            pass
+print([each[:2] for each in held], flush=True)
+"""
+
+
+def test_it_locks_no_file_that_other_sandboxes_and_the_host_share(server, filtered):
+    """Two programs could talk by such locks, and the host would wait for them."""
+    with running(server, LOCKING) as (program, _):
+        assert program.wait(ENDED), program.output
+    assert (program.output == "[]\n") == filtered, program.output
+
+
 def test_what_counts_for_a_user_does_not_outlive_a_program(server, filtered, few_users, monkeypatch):
     """The next program of the same user gets as much."""
     monkeypatch.setattr(users, "SPARE", few_users[:1])

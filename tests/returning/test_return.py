@@ -1,6 +1,7 @@
 """`autograder return`: each page goes to the student whose work it is about, with marks by hand and lateness in it."""
 
 import json
+import shutil
 import subprocess
 import sys
 import zipfile
@@ -154,6 +155,16 @@ def test_marks_by_hand_and_lateness_are_in_what_is_returned(tmp_path):
     assert result.waiting == []
     give_back(out, tmp_path / "without", gradebook="")
     assert record.read((tmp_path / "without" / "ada-services-feedback.html").read_bytes()).points == report("ada").score
+    assert "LOOK" not in describe(result)
+    (course / "gradebook.db").rename(tmp_path / "kept.db")
+    assert describe(give_back(out, out / "returned")).startswith("LOOK: no gradebook was found, so the pages have no ")
+    course.rename(tmp_path / "moved")
+    with pytest.raises(UsageError, match=r"are no longer in .*course.submitted, so that the gradebook is not known"):
+        give_back(out, out / "returned", "files")
+    give_back(out, tmp_path / "named", "files", gradebook=f"sqlite:///{tmp_path / 'kept.db'}")
+    page = record.read((tmp_path / "named" / "ada-services-feedback.html").read_bytes())
+    assert page.cells["relay"] == (4.0, 10.0)
+    assert describe(give_back(out, tmp_path / "plain", "files", gradebook="")).startswith(str(tmp_path / "plain"))
 
 
 def test_what_still_waits_for_a_mark_is_returned_and_said(submitted, tmp_path):
@@ -264,6 +275,22 @@ def test_the_command(submitted, tmp_path):
     some = subprocess.run([AUTOGRADER, "return", out, "--for", "canvas"], capture_output=True, text=True, timeout=100)
     assert some.returncode == 1
     assert "ada/services: it did not come from Canvas" in some.stdout
+
+
+def test_of_some_students_no_other_is_said_to_be_without_a_page(submitted, tmp_path):
+    out = graded(submitted, tmp_path / "out", report("ada"), report("Jim_Roe"))
+    result = give_back(out, out / "returned", students=["ada"], roster=["ada", "Jim_Roe", "nobody"])
+    assert (result.ungraded, result.nothing) == ([], [])
+
+
+def test_the_copy_of_a_course_is_told_whose_submissions_are_meant(submitted, tmp_path):
+    out = graded(submitted, submitted.parent / "out", report("ada"))
+    copy = shutil.copytree(submitted.parent, tmp_path.parent / f"{tmp_path.name}-copy")
+    command = [AUTOGRADER, "return", "--no-gradebook"]
+    told = [subprocess.run([*command, each / out.name], capture_output=True, text=True) for each in (out.parent, copy)]
+    assert [each.returncode for each in told] == [0, 0]
+    assert told[0].stderr == ""
+    assert "was graded from" in told[1].stderr and "was the course's folder copied or moved?" in told[1].stderr
 
 
 def test_a_wrong_call_is_a_line(tmp_path):
