@@ -9,6 +9,7 @@ with an error, so that a library that merely tries it goes on.
 import errno
 import platform
 import struct
+from functools import cache
 from pathlib import Path
 
 # By machine: the kernel's name for its ABI (AUDIT_ARCH_*), and the column of its numbers in DENIED.
@@ -114,6 +115,7 @@ def available() -> bool:
     return platform.machine() in MACHINES and Path("/proc/sys/kernel/seccomp/actions_avail").exists()
 
 
+@cache
 def program(machine: str | None = None, *, server: bool = False) -> bytes:
     """Return the filter as an array of struct sock_filter; raises KeyError for an unsupported machine.
 

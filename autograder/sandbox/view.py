@@ -8,6 +8,7 @@ installed package), or both (a checkout in /usr/src).
 import os
 import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 from pathlib import Path
 
 from autograder import paths
@@ -52,13 +53,20 @@ def options(
     `interfaces` is the install prefix of an exercise's own interface package.  `to_read` turns a file's content into a
     descriptor that bubblewrap inherits.
     """
-    view = [*_stored_system(uid, to_read), *_stored("home", HOME), *installed(folders(paths.private()), interfaces)]
+    shown = _shown(tuple(paths.private()), interfaces)
+    view = [*_stored_system(uid, to_read), *_stored("home", HOME), *shown]
     view += ["--perms", "0755", "--dir", "/opt", "--ro-bind", str(environment.DISCOVERY_PROFILE), PROFILE]
     if interfaces:
         view += ["--ro-bind", str(interfaces), INTERFACES]
     for name, content in files.items():
         view += ["--perms", "0444", "--file", to_read(content), f"{HOME}/{name}"]
     return [*view, "--remount-ro", "/"]
+
+
+@cache  # each program of a worker has the same, and finding it takes longer than the rest of its command line
+def _shown(private: tuple[Path, ...], interfaces: Path | None) -> list[str]:
+    """Return the options for Python, ROS 2 and `interfaces`."""
+    return installed(folders([*private]), interfaces)
 
 
 def of_judge(interfaces: Path, to_read: Callable[[bytes], str]) -> list[str]:
