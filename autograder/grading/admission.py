@@ -1,14 +1,16 @@
 """Admission of the next grading on this machine: if there is a core for it, or spare processor time.
 
 Much of a grading is waiting: for a program that must give up, for an answer that must take its time.  So there are more
-workers than cores, and an extra one begins only when the others leave enough of the processor idle.  All gradings of a
-user on a machine, whatever their batch, are counted together.
+workers than cores, and an extra one begins only when the others leave enough of the processor idle.  On a machine that
+is too busy, what a submission loses is in doubt, and it is judged again.  All gradings of a user on a machine, whatever
+their batch, are counted together.
 """
 
 import contextlib
 import os
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,7 +21,9 @@ from course.foundation.folders import runtime_folder
 WORKERS = 3  # per core
 SPARE = 0.7  # of a core must be idle: the start of a grading takes more than the rest of it
 WINDOW = 0.4  # s over which idle time is measured
+LONGER = 3.0  # s over which it is measured, too: gradings that compute and wait by turns have short pauses
 
+_looks: deque[tuple[float, float]] = deque()  # of the last LONGER s, while a grading waits: a time, and the idle time
 _first = threading.Lock()  # held by the grading of this process that is the next to begin
 
 
@@ -55,9 +59,19 @@ def _take_core(folder: Path, held: contextlib.ExitStack) -> bool:
 def _find_spare(folder: Path) -> bool:
     """Return True if enough of the processor is idle, the load of the last grading included; takes WINDOW s."""
     with FileLock(folder / "grading-spare.lock"):  # one after the other: each must see the load of the one before
-        before, start = _idle(), time.monotonic()
+        start, before = _look()
         time.sleep(WINDOW)
-        return (_idle() - before) / (time.monotonic() - start) >= SPARE
+        now, idle = _look()
+    first, at_first = _looks[0]
+    return min((idle - before) / (now - start), (idle - at_first) / (now - first)) >= SPARE
+
+
+def _look() -> tuple[float, float]:
+    """Take the time and the idle time (s), and remember them; what is older than LONGER is forgotten."""
+    _looks.append((time.monotonic(), _idle()))
+    while _looks[-1][0] - _looks[0][0] > LONGER:
+        _looks.popleft()
+    return _looks[-1]
 
 
 def _idle() -> float:

@@ -1,6 +1,7 @@
 """When a grading may begin: while a core is left, or processor to spare, and with a turn for every command."""
 
 import threading
+from collections import deque
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -50,3 +51,30 @@ def test_one_grading_of_a_command_waits_for_the_machine_so_that_others_have_thei
         for grading in gradings:
             grading.result(SOON)
     assert max(at_most) == 1
+
+
+@pytest.mark.parametrize(
+    ("shares", "admitted"),
+    [
+        ([2.0], [True]),
+        ([0.2], [False]),
+        ([0.0, 0.0, 2.0, 0.0, 0.0, 2.0], [False] * 6),  # pauses between computations
+        ([0.0, 1.2, 1.2, 1.2, 1.2], [False, False, True, True, True]),
+        ([0.0, *[1.0] * 8, 0.2], [*[False] * 3, *[True] * 6, False]),
+    ],
+)
+def test_an_extra_grading_begins_when_the_others_leave_processor_now_and_on_average(
+    monkeypatch, tmp_path, shares, admitted
+):
+    """By the share of the cores that is idle in each look."""
+    now, idle, left = [100.0], [0.0], [*shares]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds
+        idle[0] += seconds * left.pop(0)
+
+    monkeypatch.setattr(admission, "_looks", deque())
+    monkeypatch.setattr(admission, "_idle", lambda: idle[0])
+    monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(admission.time, "sleep", sleep)
+    assert [admission._find_spare(tmp_path) for _ in shares] == admitted
