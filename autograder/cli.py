@@ -672,10 +672,8 @@ def _tell_of_a_copy(out: Path) -> None:
     for place in sorted({basis.submitted for basis in output.bases(out, lost=True).values()}):
         own = around / Path(place).name
         if Path(place).parent != around and own.is_dir():
-            line = (
-                f"LOOK: {out} was graded from {place}, with the gradebook there, and {own} is not looked at: was the "
-            )
-            print(printable(f"{line}course's folder copied or moved?"), file=sys.stderr)
+            told = f"LOOK: {out} was graded from {place}, with the gradebook there, and {own} is not looked at"
+            print(printable(f"{told}: was the course's folder copied or moved?"), file=sys.stderr)
 
 
 def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:

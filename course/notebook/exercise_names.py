@@ -38,7 +38,7 @@ def not_wanted(name: str) -> str:
 def left_behind(file: str) -> Iterator[tuple[int, str]]:
     """Yield the line and the name of each module that `file` imports from its folder and that is no exercise's file."""
     wanted = wanted_files()
-    for node in ast.walk(parse(text_at(Path(file)))):
+    for node in ast.walk(parse(text_at(Path(file)))) if wanted else ():
         if isinstance(node, ast.Import):
             names = [each.name for each in node.names]
         elif isinstance(node, ast.ImportFrom) and not node.level:

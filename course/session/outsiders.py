@@ -82,8 +82,9 @@ class Outsider:
             return "Ctrl-C where it was started"
         if processes.stopped(self.pid):  # by Ctrl-Z: another signal would wait until it goes on
             return f"`fg` and Ctrl-C in its terminal, or `!kill -9 {self.pid}`"
-        above = processes.ancestors(self.pid)
-        if kernel := next((record for record in registry.running() if record.kernel and record.pid in above), None):
+        parent = next(iter(processes.ancestors(self.pid)), 0)  # the session's kernel itself, if that has started a file
+        kernel = next((record for record in registry.running() if record.kernel and record.pid == parent), None)
+        if kernel and parent != os.getpid() and self.program:
             return f"`ros.stop()` in the notebook in {Path(kernel.folder).name}, or `!kill {self.pid}`"
         return f"Ctrl-C in its terminal, or `!kill {self.pid}`"
 

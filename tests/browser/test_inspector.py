@@ -154,6 +154,7 @@ ros.until(pathlib.Path('stop').exists, 600)
 ros.stop('dies.py')"""
 
 
+@pytest.mark.matrix  # tests/lab/test_inspector.py has the goal that is found again, and who serves a name
 @pytest.mark.long("a goal, a page that is loaded again, and a server that dies and comes back")
 def test_a_form_that_is_loaded_again_shows_the_goal_and_one_whose_server_dies_stays(lab, page):
     panel = begin(page, lab, "reloaded", SERVERS.replace("time.sleep(0.05)", "time.sleep(1)"))

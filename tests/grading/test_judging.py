@@ -163,7 +163,9 @@ def test_dying_each_time_is_the_doing_of_what_was_handed_in(grading):
     thread.join()
     graded = report[0]
     assert (graded.status, graded.flags) == (GRADED, [KILLED_JUDGE])
-    assert {test.outcome for test in graded.tests} <= {PASSED, NOT_RUN}
+    # The longest try may have come to relay.py, which does not start.
+    assert {test.outcome for test in graded.tests} - {CRASHED} <= {PASSED, NOT_RUN}
+    assert NOT_RUN in {test.outcome for test in graded.tests}
     assert graded.score == sum(test.points for test in graded.tests if test.outcome == PASSED) < graded.max_score
     assert all("brought down" in test.message for test in graded.tests if test.outcome == NOT_RUN)
     assert "SIGSEGV" in graded.details["fault"]

@@ -156,12 +156,24 @@ def test_a_program_that_ctrl_z_has_stopped_is_ended_by_what_does_not_wait_for_it
         process.kill()
 
 
-def test_a_program_of_another_notebook_is_ended_there(monkeypatch):
-    kernel = registry.SessionRecord(os.getpid(), 42, "/home/ada/notebooks/services", 0.0, 0, kernel="1234")
-    monkeypatch.setattr(registry, "running", lambda: [kernel])
-    with subprocess.Popen(["sleep", "60"]) as process:
-        ending = f"`ros.stop()` in the notebook in services, or `!kill {process.pid}`"
-        assert Outsider("/node", process.pid).ending == ending
+@pytest.mark.parametrize(
+    ("kernel", "command", "there"),
+    [
+        (12, [sys.executable, "waits.py"], True),
+        (12, ["sleep", "60"], False),  # as `ros2 topic pub`: no file that a session has started
+        (13, [sys.executable, "waits.py"], False),  # whose parent is a shell
+        (0, [sys.executable, "waits.py"], False),  # this kernel's own, by subprocess
+    ],
+)
+def test_a_file_that_another_notebooks_session_runs_is_ended_there(tmp_path, monkeypatch, kernel, command, there):
+    (tmp_path / "waits.py").write_text("input()")
+    records = [registry.SessionRecord(kernel or os.getpid(), 42, "/home/ada/services", 0.0, 0, kernel="1234")]
+    monkeypatch.setattr(registry, "running", lambda: records)
+    monkeypatch.setattr(outsiders.processes, "ancestors", lambda pid: [12 if kernel else os.getpid(), 1])
+    with subprocess.Popen(command, cwd=tmp_path, stdin=subprocess.PIPE) as process:
+        wait_until(Path(f"/proc/{process.pid}/cmdline").read_text, 5.0)  # it is empty for a moment after the start
+        ending = "`ros.stop()` in the notebook in services" if there else "Ctrl-C in its terminal"
+        assert Outsider("/node", process.pid).ending == f"{ending}, or `!kill {process.pid}`"
         process.kill()
 
 
