@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -221,7 +221,7 @@ def regrade_command(
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
-    _tell_of_a_copy(out)
+    _tell_of_a_copy(out, output.bases(out, lost=True))
     with (
         output.Output(out, resume=True) as results,
         regrade.Regrading(results, assignment, student or [], everything) as again,
@@ -389,7 +389,7 @@ def return_command(
     from autograder.returning.giving_back import FOLDER, give_back, place_for_changed
     from autograder.returning.giving_back import describe as describe_returned
 
-    _tell_of_a_copy(out)
+    _tell_of_a_copy(out, output.bases(out, lost=True))
     known = _roster_of(out, roster)
     url = "" if no_gradebook else gradebook
     absent = known.students if known else ()
@@ -428,7 +428,8 @@ def export_command(
 
     if user not in (None, *platforms.MOODLE.columns):
         raise UsageError(f"--user is one of {', '.join(platforms.MOODLE.columns)}")
-    _tell_of_a_copy(out)
+    bases = output.bases(out, lost=True)
+    _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
     wish = Wish(
         form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
@@ -439,7 +440,7 @@ def export_command(
         for key, report in sorted(output.read_results(out).items())
         if assignment in (None, report.assignment) and (not student or report.student in student)
     }
-    bases = {key: basis for key, basis in output.bases(out, lost=True).items() if key in exported}
+    bases = {key: basis for key, basis in bases.items() if key in exported}
     gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
     for why, keys in (
         (REPLACED, [key for key, basis in bases.items() if basis.is_replaced(key)]),
@@ -666,10 +667,10 @@ def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | 
     return end
 
 
-def _tell_of_a_copy(out: Path) -> None:
+def _tell_of_a_copy(out: Path, bases: Mapping[tuple[str, str], output.Basis]) -> None:
     """Print a line if `out` lies beside other submissions than its own, as in the copy of a course's folder."""
     around = out.resolve().parent
-    for place in sorted({basis.submitted for basis in output.bases(out, lost=True).values()}):
+    for place in sorted({basis.submitted for basis in bases.values()}):
         own = around / Path(place).name
         if Path(place).parent != around and own.is_dir():
             told = f"LOOK: {out} was graded from {place}, with the gradebook there, and {own} is not looked at"

@@ -157,6 +157,11 @@ def of_domain(domain: int) -> SessionRecord | None:
     return next((record for record in running() if record.domain == domain), None)
 
 
+def of_kernel(pid: int) -> SessionRecord | None:
+    """Return this machine's session in the notebook's kernel that is process `pid`, or None."""
+    return next((record for record in running() if record.pid == pid and record.kernel), None)
+
+
 def _read(path: Path) -> SessionRecord | None:
     try:
         fields = json.loads(path.read_text(encoding="utf-8"))

@@ -436,7 +436,6 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
 def _lay_out(handed_in: HandedIn, into: Path) -> bool:
     """Lay a hand-in out where nothing is, and return True."""
     target = into / handed_in.student / handed_in.assignment
-    target.parent.mkdir(parents=True, exist_ok=True)
     provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
     _write(handed_in, target)
     return True
@@ -466,7 +465,6 @@ def _laid_out(target: Path, into: Path) -> tuple[dict[str, bytes], datetime | No
 def _keep(handed_in: HandedIn, into: Path) -> None:
     """Keep a hand-in that does not count, unless it is kept already."""
     folder = into / OTHERS / handed_in.student / handed_in.assignment
-    folder.mkdir(parents=True, exist_ok=True)
     digest = hashlib.sha256(repr(sorted(handed_in.files.items())).encode()).hexdigest()[:8]
     target = folder / f"{handed_in.at:%Y%m%dT%H%M%SZ}-{digest}"
     if not target.exists():

@@ -65,8 +65,7 @@ def slips(cell: str) -> list[str]:
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree), *misspelt_texts(tree), *_lists_its_own_client(tree)}
     if more := made_in_a_callback(cell.partition("\n")[2] if skipped else cell):
-        where, line, what = more
-        text = f"'{where}' makes one more {what} each time that it is called. Make the {what} once, in `__init__`."
+        line, text = more
         found.add((line + skipped, text))
     return [f"note: line {number - skipped}: {text}" for number, text in sorted(found)]
 

@@ -885,8 +885,8 @@ def unspun_executor(source: str) -> tuple[str, int, str] | None:
 MADE_ONCE = {"create_timer": "timer", "create_publisher": "publisher"}  # in a callback, each call makes one more
 
 
-def made_in_a_callback(source: str) -> tuple[str, int, str] | None:
-    """Return a callback that makes one more timer or publisher at each call, with line and kind; None if none does."""
+def made_in_a_callback(source: str) -> tuple[int, str] | None:
+    """Return the line in which a callback makes one more timer or publisher at each call, and a sentence; or None."""
     tree = parse(source)
     if any(next(calls(tree, name), None) for name in ("cancel", "destroy", "destroy_timer", "destroy_publisher")):
         return None
@@ -900,7 +900,11 @@ def made_in_a_callback(source: str) -> tuple[str, int, str] | None:
             if isinstance(made, ast.Call) and name_of(made.func) == "publish" and isinstance(made.func, ast.Attribute):
                 made = made.func.value  # create_publisher(...).publish(...)
             if isinstance(made, ast.Call) and name_of(made.func) in MADE_ONCE:
-                return function.name, made.lineno, MADE_ONCE[name_of(made.func)]
+                what = MADE_ONCE[name_of(made.func)]
+                return made.lineno, (
+                    f"'{function.name}' makes one more {what} each time that it is called. Make the {what} once, in "
+                    "`__init__`."
+                )
     return None
 
 

@@ -4,6 +4,7 @@ import ast
 import contextlib
 import re
 import threading
+from collections.abc import Iterator
 
 TRIES = 5
 MANY_DIGITS = re.compile(r"0[xob][\da-f_]{500}", re.IGNORECASE)  # perhaps too many for Python to write in decimal
@@ -18,6 +19,15 @@ class LongNumber(int):
 
     def __format__(self, form: str) -> str:
         return format(hex(self), form)
+
+
+def imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield the line and the name, up to the first point, of each module that a program imports absolutely."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, each.name.partition(".")[0]) for each in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
+            yield node.lineno, node.module.partition(".")[0]
 
 
 def syntax_tree(text: str) -> ast.Module:

@@ -1,6 +1,5 @@
 """The names of an exercise's files: those that its public checks use, and what is said about others."""
 
-import ast
 import difflib
 import re
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from pathlib import Path
 from course.explaining.failure_report import text_at
 from course.explaining.source import parse
 from course.foundation import cells
+from course.foundation.syntax import imported
 from course.interfaces.definition import SECTIONS
 
 SUFFIXES = (".py", *(f".{kind}" for kind in SECTIONS))
@@ -38,16 +38,9 @@ def not_wanted(name: str) -> str:
 def left_behind(file: str) -> Iterator[tuple[int, str]]:
     """Yield the line and the name of each module that `file` imports from its folder and that is no exercise's file."""
     wanted = wanted_files()
-    for node in ast.walk(parse(text_at(Path(file)))) if wanted else ():
-        if isinstance(node, ast.Import):
-            names = [each.name for each in node.names]
-        elif isinstance(node, ast.ImportFrom) and not node.level:
-            names = [node.module or ""]
-        else:
-            continue
-        for name in {each.partition(".")[0] for each in names}:
-            if Path(f"{name}.py").is_file() and f"{name}.py" not in wanted:
-                yield node.lineno, name
+    for line, name in imported(parse(text_at(Path(file)))) if wanted else ():
+        if Path(f"{name}.py").is_file() and f"{name}.py" not in wanted:
+            yield line, name
 
 
 def instead_of(name: str) -> str:

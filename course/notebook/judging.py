@@ -613,11 +613,8 @@ def more_timers(file: str) -> str:
                     "`create_timer(0.1, callback)`, calls a method ten times a second."
                 )
     if more := made_in_a_callback(source):
-        where, line, what = more
-        return (
-            f"\n{frame_at(file, line, source)}\n'{where}' makes one more {what} each time that it is called. Make "
-            f"the {what} once, in `__init__`."
-        )
+        line, why = more
+        return f"\n{frame_at(file, line, source)}\n{why}"
     return ""
 
 

@@ -67,7 +67,7 @@ class Outsider:
         born = processes.birth(self.pid) if self.pid else 0
         if not born or processes.user(self.pid) != os.getuid() or self.pid in processes.ancestors(os.getpid()):
             return None
-        if any(record.pid == self.pid and record.kernel for record in registry.running()):
+        if registry.of_kernel(self.pid):
             return None
         with contextlib.suppress(OSError):
             names = [Path(word).name.lstrip("-") for word in _words(self.pid)[:PROGRAM_WORDS]]
@@ -83,7 +83,7 @@ class Outsider:
         if processes.stopped(self.pid):  # by Ctrl-Z: another signal would wait until it goes on
             return f"`fg` and Ctrl-C in its terminal, or `!kill -9 {self.pid}`"
         parent = next(iter(processes.ancestors(self.pid)), 0)  # the session's kernel itself, if that has started a file
-        kernel = next((record for record in registry.running() if record.kernel and record.pid == parent), None)
+        kernel = registry.of_kernel(parent)
         if kernel and parent != os.getpid() and self.program:
             return f"`ros.stop()` in the notebook in {Path(kernel.folder).name}, or `!kill {self.pid}`"
         return f"Ctrl-C in its terminal, or `!kill {self.pid}`"

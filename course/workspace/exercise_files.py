@@ -8,7 +8,7 @@ from pathlib import Path
 
 from course.errors import UnreadableNotebook, WorkspaceError
 from course.foundation import cells
-from course.foundation.syntax import syntax_tree
+from course.foundation.syntax import imported, syntax_tree
 from course.foundation.untrusted import read_regular_text
 from course.interfaces.definition import Definition, parse
 
@@ -132,7 +132,9 @@ def _program(file: str, text: str) -> Program:
     runs = any(isinstance(node, ast.FunctionDef) and node.name == "main" for node in tree.body)
     if not all(_callable_without(node) for node in tree.body if isinstance(node, ast.FunctionDef)):
         raise WorkspaceError(f"{file}: `ros2 run` calls main without arguments, so write `def main(args=None):`")
-    return Program(file, text, frozenset(_imports(tree)), runs)
+    return Program(
+        file, text, frozenset(name for _, name in imported(tree) if name not in sys.stdlib_module_names), runs
+    )
 
 
 def _callable_without(function: ast.FunctionDef) -> bool:
@@ -140,13 +142,3 @@ def _callable_without(function: ast.FunctionDef) -> bool:
     arguments = function.args
     needed = len(arguments.posonlyargs) + len(arguments.args) - len(arguments.defaults)
     return function.name != "main" or (needed == 0 and None not in arguments.kw_defaults)
-
-
-def _imports(tree: ast.Module) -> set[str]:
-    names = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names |= {alias.name.partition(".")[0] for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:
-            names.add(node.module.partition(".")[0])
-    return names - sys.stdlib_module_names
