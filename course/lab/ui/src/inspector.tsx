@@ -526,7 +526,7 @@ function Code({ text, what, waiting, wrap }: { text: string; what: string; waiti
   const [copied, setCopied] = React.useState('');
   return (
     <div className="ros-Code">
-      <pre tabIndex={0} role="group" aria-label={what} className={wrap ? 'ros-mod-wrap' : ''}>
+      <pre tabIndex={0} role="group" aria-label={what} className={wrap || !text ? 'ros-mod-wrap' : ''}>
         {text || waiting}
       </pre>
       <button

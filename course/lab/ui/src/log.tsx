@@ -80,7 +80,7 @@ export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[]
   const choice = chosen ? (choices.find(each => each.label === chosen) ?? last.current) : null;
   last.current = choice;
   if (choice && !choices.some(each => each.label === chosen)) {
-    choices.push({ ...choice, ended: false });
+    choices.push({ ...choice, ended: known !== null });
   }
   useTopic(
     link,

@@ -185,8 +185,10 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
       dropping ? setRefused(`${(error as Error).message} `) : setSaid((error as Error).message); // by a key
     }
   };
-  const place = (x: number, y: number, heading: number) =>
-    ask('robot.place', { x, y, heading }, `The robot was put at x = ${x.toFixed(2)} m, y = ${y.toFixed(2)} m.`);
+  const place = (east: number, north: number, heading: number) => {
+    const [x, y] = [east, north].map(each => Math.round(1000 * each) / 1000); // mm, as its position is told
+    return ask('robot.place', { x, y, heading }, `The robot was put at x = ${x.toFixed(2)} m, y = ${y.toFixed(2)} m.`);
+  };
   /** Take up the tool that drives the robot, or the one that moves it. */
   const choose = (carry: boolean) => {
     setDropping(false);

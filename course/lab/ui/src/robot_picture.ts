@@ -106,7 +106,7 @@ export function draw(
   // The robot is drawn on its way to where it scanned last: what is fixed to it goes with it.
   const carried = from && pose && from.every((value, part) => value === state.pose?.[part]) ? pose : from;
   if (carried && pose && !dim) {
-    sectors(context, state, carried, view, colour);
+    sectors(context, scan!, carried === pose ? state.sectors(now) : scan!.sectors, carried, view, colour);
   }
   trail(context, state.trail, px, py, colour.trail);
   lines(context, state.room.walls, px, py, colour.ink);
@@ -161,15 +161,16 @@ function grid(context: CanvasRenderingContext2D, view: View, colour: string, wid
 /** Draw each sector as a sector of a circle, up to its nearest distance. */
 function sectors(
   context: CanvasRenderingContext2D,
-  state: RobotState,
+  scan: Scan,
+  distances: { [name: string]: number | null },
   [x, y, heading]: Pose,
   view: View,
   colour: Colours
 ): void {
   const [cx, cy] = [view.left + view.scale * x, view.bottom - view.scale * y];
   for (const [name, low, high] of SECTORS) {
-    const nearest = state.scan!.sectors[name];
-    const radius = view.scale * Math.max(nearest ?? state.scan!.reach ?? AROUND, RADIUS);
+    const nearest = distances[name];
+    const radius = view.scale * Math.max(nearest ?? scan.reach ?? AROUND, RADIUS);
     const [from, to] = [-(heading + high * DEGREE), -(heading + low * DEGREE)];
     context.fillStyle = colour[name];
     context.strokeStyle = colour[name];

@@ -18,6 +18,7 @@ export type Place = [number, number, number];
 const TRAIL = 1200; // places
 const JUMP = 0.7; // m between two poses: the robot was put there instead of driving
 const STALE = 1500; // ms without a message
+const PAUSE = 1000; // ms without a place: the robot is drawn where it is now, and not on its way there
 const REST = 0.005; // m/s, rad/s: what is shown as 0.00
 
 export class RobotState {
@@ -48,6 +49,7 @@ export class RobotState {
   /** Update the state with new data. */
   take(data: any): void {
     const now = performance.now();
+    const sectors = this.sectors(now);
     this.version++;
     if (data.room) {
       const drive = `${data.room.name} ${data.room.began}`;
@@ -73,6 +75,7 @@ export class RobotState {
       this._arrive(data.robot.pose, now);
     }
     if (data.scan) {
+      this._sectors = sectors;
       this.scan = data.scan;
       this.scanAt = now;
     }
@@ -125,7 +128,7 @@ export class RobotState {
     if (!this.pose || !this._before) {
       return this.pose;
     }
-    const share = Math.min(1, (now - this._since) / this._gap);
+    const share = this._share(now);
     const [from, to] = [this._before, this.pose];
     return [
       from[0] + share * (to[0] - from[0]),
@@ -134,9 +137,26 @@ export class RobotState {
     ];
   }
 
+  /** Return the nearest distance in each sector (m, null is free) where the robot is shown, between its last two scans. */
+  sectors(now: number): { [name: string]: number | null } {
+    const share = this._before ? this._share(now) : 1;
+    return Object.fromEntries(
+      Object.entries(this.scan?.sectors ?? {}).map(([name, to]) => {
+        const from = this._sectors[name];
+        const between = typeof from === 'number' && to !== null;
+        return [name, between ? from + share * (to - from) : share < 0.5 && from !== undefined ? from : to];
+      })
+    );
+  }
+
   /** Return true if the picture of this moment differs from that of the last change. */
   moving(now: number): boolean {
     return this._before !== null && now - this._since <= this._gap + 50;
+  }
+
+  /** Return how far the robot is shown on its way from the place before the last to the last one, from 0 to 1. */
+  private _share(now: number): number {
+    return Math.max(0, Math.min(1, (now - this._since) / this._gap));
   }
 
   private _arrive(pose: Pose | null, now: number): void {
@@ -145,7 +165,7 @@ export class RobotState {
     }
     const before = this.pose ?? this.trail[this.trail.length - 1];
     const jumped = !before || Math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP;
-    this._before = jumped || this.fast || !this.pose ? null : this.shown(now);
+    this._before = jumped || this.fast || !this.pose || now - this._since > PAUSE ? null : this.shown(now);
     this._gap = Math.min(400, Math.max(30, now - this._since));
     this._since = now;
     this.pose = pose;
@@ -167,6 +187,7 @@ export class RobotState {
   private _told = false; // true if the path comes from the world
   private _before: Pose | null = null;
   private _gap = 100; // ms between the last two places
+  private _sectors: { [name: string]: number | null } = {}; // shown when the last scan came
   private _since = 0;
 }
 

@@ -1058,8 +1058,8 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-keys summary {
-  white-space: nowrap; /* below the buttons where it does not fit beside them */
-  width: max-content;
+  float: left; /* below the buttons where it does not fit beside them */
+  white-space: nowrap;
 }
 
 .ros-Robot-zoom {
