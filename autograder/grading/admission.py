@@ -67,9 +67,12 @@ def _find_spare(folder: Path) -> bool:
 
 
 def _look() -> tuple[float, float]:
-    """Take the time and the idle time (s), and remember them; what is older than LONGER is forgotten."""
+    """Take the time and the idle time (s), and remember them; what is older than LONGER is forgotten.
+
+    Two looks are always left: this process may be stopped for longer, by Ctrl-Z or by a busy machine.
+    """
     _looks.append((time.monotonic(), _idle()))
-    while _looks[-1][0] - _looks[0][0] > LONGER:
+    while len(_looks) > 2 and _looks[-1][0] - _looks[0][0] > LONGER:
         _looks.popleft()
     return _looks[-1]
 

@@ -78,3 +78,14 @@ def test_an_extra_grading_begins_when_the_others_leave_processor_now_and_on_aver
     monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(admission.time, "sleep", sleep)
     assert [admission._find_spare(tmp_path) for _ in shares] == admitted
+
+
+@pytest.mark.parametrize(("share", "admitted"), [(0.2, False), (2.0, True)])
+def test_a_process_that_was_stopped_meanwhile_goes_on(monkeypatch, tmp_path, share, admitted):
+    """By Ctrl-Z and `fg`, or by a machine that gave it no time for seconds."""
+    now = [100.0]
+    monkeypatch.setattr(admission, "_looks", deque([(10.0, 0.0)]))  # of a grading long ago
+    monkeypatch.setattr(admission, "_idle", lambda: share * now[0])
+    monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(admission.time, "sleep", lambda _: now.__setitem__(0, now[0] + 2 * admission.LONGER))
+    assert [admission._find_spare(tmp_path) for _ in range(3)] == [admitted] * 3
