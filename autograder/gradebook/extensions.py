@@ -72,17 +72,19 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
     students = list(students)
     if not all(student.strip() for student in students):
         raise UsageError("the name of a student is empty")
-    given = read(course)
-    for student in students:
-        of_one = given.setdefault(student, {})
-        if extension is None and not exercise:
-            of_one.clear()
-        elif extension is None:
-            of_one.pop(str(exercise), None)
-        else:
-            of_one[exercise or ALL] = f"{extension:%Y-%m-%d %H:%M %Z}" if isinstance(extension, datetime) else extension
-    kept = {student: of_one for student, of_one in sorted(given.items()) if of_one}
-    shared_file.write(course / FILE, json.dumps(kept, indent=1, ensure_ascii=False))
+    more = f"{extension:%Y-%m-%d %H:%M %Z}" if isinstance(extension, datetime) else extension
+    with shared_file.alone(course):
+        given = read(course)
+        for student in students:
+            of_one = given.setdefault(student, {})
+            if more is not None:
+                of_one[exercise or ALL] = more
+            elif exercise:
+                of_one.pop(exercise, None)
+            else:
+                of_one.clear()
+        kept = {student: of_one for student, of_one in sorted(given.items()) if of_one}
+        shared_file.write(course / FILE, json.dumps(kept, indent=1, ensure_ascii=False))
     return kept
 
 

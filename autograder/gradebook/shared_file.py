@@ -1,7 +1,11 @@
 """Small files of nbgrader's course folder, which the instructors of a class share."""
 
+import contextlib
+import fcntl
 import json
+import os
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -28,3 +32,14 @@ def write(path: Path, text: str) -> None:
     """Replace a file, for all instructors where its folder is theirs together; raises OSError."""
     shared = path.parent.stat().st_mode & stat.S_IWGRP
     storage.replace(path, (text + "\n").encode(), 0o660 if shared else storage.PRIVATE)
+
+
+@contextlib.contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Let one instructor at a time change a file of `folder` by what it says; raises OSError."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)

@@ -4,9 +4,10 @@ import hashlib
 import io
 import itertools
 import json
+import os
 import zipfile
 from collections import defaultdict
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -29,6 +30,7 @@ from course.returned.record import Mark
 
 FOLDER = "returned"  # in the output folder
 RETURNED = "returned.json"  # in that folder: a record of the last return
+LOCK = ".returning"  # in that folder, while a return goes on
 UNMARKED = (
     "LOOK: no gradebook was found, so the pages have no marks by hand and no late penalties. If there is one, name it: "
     "--gradebook URL"
@@ -88,11 +90,30 @@ def give_back(
 
     `form` is a platform's form or FILES, for all pages.  `gradebook` is "" for none, and by default the one that `out`
     was graded into.  With `changed`, only pages that differ from the last return are made.  Raises UsageError when
-    there is nothing to return.
+    there is nothing to return, and while another return of these results goes on.
     """
+    results = output.read_results(out)
+    descriptor = output.lock(out / LOCK, f"another `autograder return` goes on in {out}: wait until it has ended")
+    try:
+        return _give_back(out, results, into, form, assignment, students, gradebook, roster, changed)
+    finally:
+        os.close(descriptor)
+
+
+def _give_back(
+    out: Path,
+    results: Mapping[tuple[str, str], Report],
+    into: Path,
+    form: str | None,
+    assignment: str | None,
+    students: Collection[str],
+    gradebook: str | None,
+    roster: Iterable[str],
+    changed: bool,
+) -> Returned:
     reports = {
         key: report
-        for key, report in output.read_results(out).items()
+        for key, report in results.items()
         if assignment in (None, key[1]) and (not students or key[0] in students)
     }
     if not reports:

@@ -1,10 +1,13 @@
 """Late penalties: the policy, and that nbgrader and `autograder grade` take off the same."""
 
+import contextlib
 import json
 import logging
 import shutil
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -13,7 +16,7 @@ from nbgrader.api import Gradebook
 from traitlets import TraitError
 from traitlets.config import Config
 
-from autograder.gradebook import extensions, late, plugins, release
+from autograder.gradebook import extensions, late, plugins, release, shared_file
 from autograder.gradebook.book import Scores
 from autograder.records import GRADED, PASSED, Report, Result
 from autograder.results.output import UsageError
@@ -352,6 +355,23 @@ def test_an_extension_that_cannot_be_given_is_refused_and_changes_nothing(course
     done = extend(course, *words)
     assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
     assert not (course / extensions.FILE).exists()
+
+
+def test_two_instructors_extend_at_the_same_time_and_neither_loses_an_extension(course, monkeypatch):
+    both = threading.Barrier(2)
+    read = shared_file.read
+
+    def slowly(path: Path) -> bytes:
+        content = read(path)
+        with contextlib.suppress(threading.BrokenBarrierError):
+            both.wait(0.5)  # s: both have read before one writes, if nothing prevents it
+        return content
+
+    monkeypatch.setattr(shared_file, "read", slowly)
+    (course / extensions.FILE).write_text("{}\n")
+    with ThreadPoolExecutor(2) as pool:
+        [*pool.map(lambda student: extensions.change(course, [student], None, 1.0), ["ada", "bob"])]
+    assert {*extensions.read(course)} == {"ada", "bob"}
 
 
 def test_a_folder_without_a_course_has_no_extensions(tmp_path):

@@ -1,6 +1,7 @@
 """`autograder return`: each page goes to the student whose work it is about, with marks by hand and lateness in it."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -15,8 +16,8 @@ from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
 from autograder.gradebook.release import COURSE_FILE
 from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, INVALID_SUBMISSION, NOT_RUN, PASSED, Report, Result
-from autograder.results.output import Basis, Output
-from autograder.returning.giving_back import describe, give_back
+from autograder.results.output import Basis, Output, lock
+from autograder.returning.giving_back import LOCK, describe, give_back
 from autograder.submissions import exercises, listing, provenance
 from autograder.submissions.roster import read_rosters
 from autograder.submissions.times import parse_time
@@ -320,6 +321,16 @@ def test_only_what_has_changed_is_returned_again(submitted, tmp_path):
     assert (again.changed, again.unchanged, again.made) == ([], 4, {})
     assert "Changed since the last return: nothing" in describe(again)
     assert not (out / "returned" / "changed-2").exists()
+
+
+def test_one_return_at_a_time(submitted, tmp_path):
+    """Two would both find the same pages changed, and a student would get a comment twice."""
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    descriptor = lock(out / LOCK, "busy")
+    with pytest.raises(UsageError, match="another `autograder return` goes on in .*out: wait until it has ended"):
+        give_back(out, out / "returned", changed=True)
+    os.close(descriptor)
+    assert give_back(out, out / "returned", changed=True).changed == ["ada/services"]
 
 
 def test_a_mark_by_hand_is_a_change_and_the_command_uses_a_folder_of_its_own(submitted, tmp_path):
