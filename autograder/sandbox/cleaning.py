@@ -31,12 +31,14 @@ def excerpt(output: str, source: str, hidden: Collection[float | str]) -> str:
     """Return the beginning and the end of a program's output, for the student who wrote `source`.
 
     A number is shown only if it is in the source or is a line number of a traceback: any other may be a hidden input.
+    A hidden word is shown if it is in the source: a program's own `destroy_node()`, say.
     """
     if len(output) > 1 << 15:
         output = f"{output[: 1 << 14]}\n…\n{output[-(1 << 14) :]}"
     text = MISREAD.sub("", CONTROL.sub("", output.replace("\r\n", "\n").replace("\r", "\n")))
     text = re.sub(r"\[\d{9,}\.\d+\] ", "", text)  # the time in a ROS log line
-    text = without_hidden(without_paths(text), {word for word in hidden if isinstance(word, str)})
+    words = {word for word in hidden if isinstance(word, str) and word not in source}
+    text = without_hidden(without_paths(text), words)
     own = set(NUMBER.findall(source))
     kept = {found.start(2): found[2] for found in LINE.finditer(text)}
     text = NUMBER.sub(

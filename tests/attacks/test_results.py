@@ -149,5 +149,9 @@ def test_excerpt():
     )
     told = cleaning.excerpt(output, source, {"secret", 42.5})
     assert told == 'red limit 42 a=… … reversed\n[INFO] [node]: x=…\nFile "calculator_server.py", line 17, in f'
+    own = "node.destroy_node()\nnode.__init__()"  # words that a program has are no hidden inputs of it
+    assert (
+        cleaning.excerpt("no destroy_node, no invented", own, {"destroy_node", "invented"}) == "no destroy_node, no …"
+    )
     assert len(cleaning.excerpt("x" * 50_000_000, "", set())) < 3000
     assert len(cleaning.excerpt("1\n" * 500_000, "", set())) < 3000

@@ -50,8 +50,8 @@ class Calculator(Server):
     def ask(self, a: float, operation: str, b: float) -> Any:
         """Its response."""
         known = any(name.startswith(operation) for name in ANSWERS)  # a word that the student's own texts have
-        drawn = not known and operation.isalpha() and len(operation) > SYLLABLE
-        self.bench.hide(a, operation if drawn else "", b)
+        words = [] if known else operation.split()
+        self.bench.hide(a, b, *(word for word in words if len(word) > SYLLABLE))
         self._asked.add(abs(a))
         return self.call(Calculate.Request(a=a, b=b, operation=operation))
 
