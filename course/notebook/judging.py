@@ -215,10 +215,11 @@ class Alone:
             self._end(process, why)
             self.gives_up()
 
-    def gives_up(self, usage: str = "", least: float = 0.0) -> None:
+    def gives_up(self, usage: str = "", least: float = 0.0, *, plainly: bool = False) -> None:
         """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0.
 
-        Also if it said nothing but its `usage`, or ended earlier than `least` s after it could first see a server.
+        Also if it said nothing but its `usage`, if it ended earlier than `least` s after it could first see a server,
+        or with a traceback, where it must end `plainly`.
         """
         process, session, why = self._process, live(), ""
         if process is None:
@@ -238,7 +239,8 @@ class Alone:
                 f"{process.returncode}{lost_status(process.name, process.returncode or 0)}\n"
                 f"{process.output.strip() or 'it printed nothing'}"
             )
-        if process.output.lstrip().startswith(MARK) and "'NoneType' object" in process.output:
+        raised = process.output.lstrip().startswith(MARK) and "'NoneType' object" in process.output
+        if raised or (plainly and MARK in process.output):
             raise ExerciseError(
                 f"{self._when}, {process.name} must say so, and it ends with an exception instead:\n"
                 f"{process.reports[-1] if process.reports else process.output.strip()}"
