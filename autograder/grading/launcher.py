@@ -21,10 +21,10 @@ from autograder.sandbox import networks, users
 from autograder.sandbox.forkserver import SUPPORTED, Forkserver
 from autograder.sandbox.launching import LaunchServer
 from autograder.sandbox.machine_load import Load
-from autograder.sandbox.sandbox import MEMORY, Sandbox
+from autograder.sandbox.sandbox import MEMORY, WATCHED, Sandbox
 from autograder.sandbox.supervision import GLANCE
 from autograder.sandbox.traffic import WHY, Traffic
-from autograder.sandbox.usage import children, of_sandbox, of_user, processes, running, takes_more, visible
+from autograder.sandbox.usage import children, of_sandbox, processes, running, takes_more, visible
 from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
@@ -136,7 +136,7 @@ class Launcher:
         if time.monotonic() > end:
             return "it did not come to an end"
         judging = self._judging.pid
-        if takes_more(of_user(user) if user else processes(judging) | of_sandbox(judging), MEMORY):
+        if takes_more(WATCHED.of_user(user) if user else processes(judging) | of_sandbox(judging), MEMORY):
             return f"it took more than {MEMORY >> 30} GiB of memory"
         return ""
 

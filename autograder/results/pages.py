@@ -1,5 +1,6 @@
 """The HTML pages for results: one template each in `templates`, with a common head and content security policy."""
 
+from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader
@@ -11,10 +12,14 @@ TEMPLATES = Path(__file__).resolve().with_name("templates")  # absolute now, bec
 
 def render(template: str, **values: object) -> str:
     """Return `template` filled with `values`; each is escaped, and characters that reverse or hide text are shown."""
-    environment = Environment(
+    return _environment().get_template(template).render(values)
+
+
+@cache  # compiling a template takes longer than filling it
+def _environment() -> Environment:
+    return Environment(
         loader=FileSystemLoader(TEMPLATES), autoescape=True, trim_blocks=True, lstrip_blocks=True, finalize=_shown
     )
-    return environment.get_template(template).render(values)
 
 
 def _shown(value: object) -> object:

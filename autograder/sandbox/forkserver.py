@@ -11,6 +11,9 @@ and among the subclasses of `object` are classes of this module.  It finds no da
 because a request is parsed only in its own fork, and wiped.  A program is started in the ordinary way instead if the
 difference could matter: if one of its files has the name of a loaded module, or if it uses a module that it has not
 imported (`rclpy.node` after `import rclpy`).
+
+At its end, the loaded modules are left as they are: taking them apart would copy all pages that the fork shares, which
+takes as long as the rest of a small program.  What the program itself has made ends in the usual order.
 """
 
 import _thread
@@ -22,6 +25,7 @@ import errno
 import fcntl
 import gc
 import importlib
+import inspect
 import json
 import os
 import re
@@ -249,7 +253,9 @@ def serve(control: int, modules: str, forgotten: str) -> None:
             if around in sys.modules:
                 vars(sys.modules[around]).pop(last, None)
     check(_libc.setns(os.pidfd_open(os.getpid()), NEW_UTS))  # fails before Linux 5.8
+    _get_ready(modules.split())
     channel.send(" ".join(sys.modules).encode())
+    _keep_at_exit()
     gc.collect()
     gc.freeze()
     # A program can see the frames of its thread.  In a fork only this new thread survives, and everything below the
@@ -259,6 +265,41 @@ def serve(control: int, modules: str, forgotten: str) -> None:
     _thread.start_new_thread(deque, (map(_end, starmap(run, map(_become_program, [channel], [installed]))), 0))
     while True:
         signal.pause()
+
+
+def _get_ready(modules: Sequence[str]) -> None:
+    """Do once what each program does for its first node and its first line of log, and what takes it half of its time.
+
+    A node loads the libraries of the messages that it uses.  A line of log names the file that it comes from, for which
+    `inspect` follows the links in the paths of all loaded modules.
+    """
+    for name in modules:
+        package, _, kind = name.rpartition(".")
+        if kind in ("msg", "srv", "action"):
+            for message in vars(sys.modules[name]).values():
+                if load := getattr(type(message), "__import_type_support__", None):
+                    load()
+            with contextlib.suppress(OSError):  # rmw_fastrtps_cpp's; another middleware has others
+                ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
+    inspect.getmodule(inspect)
+
+
+def _keep_at_exit() -> None:
+    """Have each fork end without taking apart the modules that are loaded now, but for those of rclpy that it changes.
+
+    A fork with other threads, which could import them meanwhile, ends in the ordinary way.
+    """
+    kept = [(name, module) for name, module in sys.modules.items() if name not in ("__main__", "builtins", "sys")]
+    state = {name: {**vars(module)} for name, module in kept if name.partition(".")[0] == "rclpy"}
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))  # for ever
+
+    def keep() -> None:
+        if len(sys._current_frames()) == 1:
+            for name, module in kept:
+                if name not in state or state[name] == vars(module):
+                    sys.modules.pop(name, None)
+
+    atexit.register(keep)
 
 
 def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, bytes, int, None]:

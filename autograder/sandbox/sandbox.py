@@ -26,8 +26,8 @@ from autograder.errors import SandboxUnavailable
 from autograder.sandbox import cgroup, processor_core, seccomp, users, variables, view
 from autograder.sandbox.forkserver import Forkserver, Request
 from autograder.sandbox.memory_files import MemoryFiles
-from autograder.sandbox.supervision import HOLD, Process
-from autograder.sandbox.usage import of_sandbox, of_user
+from autograder.sandbox.supervision import GLANCE, HOLD, Process
+from autograder.sandbox.usage import Glance, of_sandbox
 from course import environment
 from course.interfaces.builder import cache_folder
 
@@ -55,6 +55,7 @@ LIMITS = {  # of each process, by prlimit(1)
 # Capabilities of the judging process: to enter the networks of the ROS domains, to become another user, to end its
 # children.
 JUDGE_CAPABILITIES = ("SYS_ADMIN", "SETUID", "SETGID", "SETPCAP", "KILL")
+WATCHED = Glance(GLANCE / 2)  # for all that watch programs in this process
 STACK = 2 << 20  # bytes that each thread of the judging process reserves
 
 
@@ -183,7 +184,7 @@ class Sandbox:
                 pass_fds=(*self.descriptors, status_write),
                 memory=MEMORY,
                 tasks=LIMITS["nproc"],
-                measured=of_sandbox if user is None else lambda _: of_user(user),
+                measured=of_sandbox if user is None else lambda _: WATCHED.of_user(user),
                 killed=self._why_killed,
                 status=None if self._folder else status,
                 cwd=self._folder.name if self._folder else None,

@@ -3,6 +3,8 @@
 import contextlib
 import os
 import re
+import threading
+import time
 from collections.abc import Callable, Iterable
 
 from course.foundation.processes import stat
@@ -13,12 +15,33 @@ MOST = 1 << 16  # bytes of a file of /proc, which is read many times a second, a
 
 def of_user(user: int) -> dict[int, int]:
     """Return all visible processes of a host user, zombies included, with the number of threads of each."""
-    found = {}
+    return _of_users().get(user, {})
+
+
+class Glance:
+    """What `of_user` finds, for many who ask it again and again: they share each look at the processes."""
+
+    def __init__(self, age: float) -> None:
+        """Look again when the last look was more than `age` s ago."""
+        self._age, self._lock = age, threading.Lock()
+        self._seen: dict[int, dict[int, int]] = {}
+        self._until = 0.0  # s of time.monotonic
+
+    def of_user(self, user: int) -> dict[int, int]:
+        """Return the processes of a host user, as `of_user` does, that were there up to `age` s ago."""
+        with self._lock:
+            if time.monotonic() >= self._until:
+                self._seen, self._until = _of_users(), time.monotonic() + self._age
+            return self._seen.get(user, {})
+
+
+def _of_users() -> dict[int, dict[int, int]]:
+    """Return all visible processes by host user."""
+    found: dict[int, dict[int, int]] = {}
     for pid in visible():
         with contextlib.suppress(OSError):  # it has ended meanwhile
             tasks = _tasks(pid)
-            if tasks.st_uid == user:
-                found[pid] = _threads(tasks)
+            found.setdefault(tasks.st_uid, {})[pid] = _threads(tasks)
     return found
 
 
@@ -76,7 +99,7 @@ def children(pid: int) -> list[int]:
     for task in os.listdir(f"/proc/{pid}/task"):
         # A thread that has just ended is skipped; the children of the others are still found.
         with contextlib.suppress(OSError):
-            found += map(int, _read(f"/proc/{pid}/task/{task}/children").split())
+            found += map(int, read(f"/proc/{pid}/task/{task}/children").split())
     return found
 
 
@@ -86,7 +109,7 @@ def running(pids: Iterable[int]) -> int:
     for pid in pids:
         with contextlib.suppress(OSError):  # it has ended meanwhile
             for task in os.listdir(f"/proc/{pid}/task"):
-                found += _read(f"/proc/{pid}/task/{task}/stat").rpartition(b") ")[2].startswith(b"R")
+                found += read(f"/proc/{pid}/task/{task}/stat").rpartition(b") ")[2].startswith(b"R")
     return found
 
 
@@ -107,17 +130,17 @@ def total(pids: Iterable[int], measure: Callable[[int], int]) -> int:
 
 def resident(pid: int) -> int:
     """Return the memory (bytes) of a process; quick, but shared pages are counted for each process."""
-    return int(_read(f"/proc/{pid}/statm").split()[1]) * PAGE
+    return int(read(f"/proc/{pid}/statm").split()[1]) * PAGE
 
 
 def proportional(pid: int) -> int:
     """Return the memory (bytes) of a process, shared pages counted proportionally; slow for a large process."""
-    found = re.search(rb"^Pss:\s+(\d+) kB", _read(f"/proc/{pid}/smaps_rollup"), re.MULTILINE)
+    found = re.search(rb"^Pss:\s+(\d+) kB", read(f"/proc/{pid}/smaps_rollup"), re.MULTILINE)
     return int(found[1]) << 10 if found else 0
 
 
-def _read(path: str) -> bytes:
-    """Return a small file of /proc; raises OSError when its process is gone."""
+def read(path: str) -> bytes:
+    """Return a small file of /proc, quickly; raises OSError when its process is gone."""
     file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
         return os.read(file, MOST)

@@ -76,6 +76,29 @@ def main():
     sys.exit('no answer')
 main()
 """
+# What it has made ends by itself, while what is loaded is still there.
+ENDING = """
+import json, logging, rclpy
+from rclpy.node import Node
+class Left(Node):
+    def __del__(self):
+        print('ends', rclpy.ok(), json.dumps(self.get_name()), logging.__name__)
+rclpy.init()
+node = Left('left')
+node.itself = node
+rclpy.get_global_executor().add_node(node)
+raise RuntimeError('not shut down')
+"""
+# Imports loaded modules in a thread that the end of the program cuts off.
+GOES_ON = """
+import threading, time
+def work():
+    while True:
+        import random, fractions
+        time.sleep(0.0001)
+threading.Thread(target=work, daemon=True).start()
+print('begun')
+"""
 # Looks in all that a program may write for PAIRS of halves, and prints the first half of those that it finds.
 SEARCH = """
 def is_in(content, first, second):
@@ -177,6 +200,8 @@ if __name__ == '__main__':
 """,
         "import pickle\nclass A: pass\nprint(type(pickle.loads(pickle.dumps(A()))).__module__)",
         PENDING,
+        ENDING,
+        GOES_ON,
         "import os, sys; os.execv(sys.executable, [sys.executable, '-c', 'print(2)'])",
     ],
 )
@@ -250,6 +275,38 @@ print(bytes(found[0].endpoint_gid[:12]).hex())
 """
     prefixes = [run(forkserver, text).output for _ in range(4)]
     assert len({*prefixes}) == 4
+
+
+def test_a_node_that_is_not_destroyed_leaves_the_graph_at_its_end(forkserver):
+    """Its participant says so: others would count it for a lease's 20 s otherwise."""
+    left = """
+import rclpy, time
+rclpy.init()
+node = rclpy.create_node('left')
+while 'last' not in node.get_node_names():
+    time.sleep(0.01)
+"""
+    watch = """
+import rclpy, time
+rclpy.init()
+node = rclpy.create_node('watch')
+while 'left' not in node.get_node_names():
+    time.sleep(0.01)
+last = rclpy.create_node('last')
+seen = time.monotonic()
+while 'left' in node.get_node_names():
+    time.sleep(0.01)
+print(time.monotonic() - seen < 10)
+"""
+    (network,) = networks.make(1)
+    files = {"left.py": left.encode(), "watch.py": watch.encode()}
+    with Sandbox("root", files, forkserver=forkserver) as sandbox, networks.inside(network):
+        started = [sandbox.launch(name, domain=7) for name in ("watch.py", "left.py")]
+        watching, leaving = (Program("p.py", each.output, each.end, each.process.stop) for each in started)
+        assert leaving.wait(ENDED) and leaving.exit_status == 0, leaving.output
+        assert watching.wait(ENDED), watching.output
+    os.close(network)
+    assert watching.output == "True\n"
 
 
 def test_its_memory_holds_no_secret(confinement, monkeypatch):
