@@ -133,7 +133,8 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
     suite = exercise.folder / "suite.py"
     chosen = [f"{suite}::{test}" for test in job.chosen] or [str(suite)]
     options = ["-c", f"{hidden}/pytest.ini", "--rootdir", str(exercise.folder)]
-    options += ["--assert=plain", "-q", "-p", "no:cacheprovider", "-p", "no:unraisableexception"]
+    # Python's own traceback: for pytest's, each line of it would parse the whole suite again.
+    options += ["--assert=plain", "--tb=native", "-q", "-p", "no:cacheprovider", "-p", "no:unraisableexception"]
     try:
         bench.begin(exercise.early, whole=not job.chosen)
         status = pytest.main([*options, *chosen], plugins=[judge, fixtures])

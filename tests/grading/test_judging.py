@@ -358,10 +358,14 @@ def test_what_was_lost_for_certain_is_not_won_back(monkeypatch):
         ("calculator", "calculator_client.py", b"def main(:\n", "test_client_arguments"),
     ],
 )
-def test_mistakes_in_the_text_are_certain(judge, exercise, file, text, test):
+def test_mistakes_in_the_text_are_certain(judge, caplog, exercise, file, text, test):
+    caplog.set_level(logging.DEBUG, "autograder")
     right = answers.load(exercise).RIGHT["reference"]
     (verdict,) = judge(right | {file: text}, exercise, test).result().verdicts.values()
     assert verdict.outcome in (FAILED, CRASHED) and verdict.certain, verdict
+    told = caplog.text.partition("worker: ")[2]
+    assert '\n  File "' in told
+    assert "\nE   " not in told, "pytest's own tracebacks, which take longer than all else in a wrong answer's grading"
 
 
 @pytest.mark.parametrize("text", [b"raise RuntimeError('no server: NameError')\n", b"None.response\n"])
