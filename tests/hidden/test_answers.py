@@ -1,7 +1,8 @@
 """Right answers in several styles earn all points; wrong ones lose the points of what is wrong, and no others.
 
-In every run, each hidden test alone judges an answer that no other test catches; and the answers in a module's QUICK go
-through the whole suite, the reference among them.  With the marker `matrix`, all answers go through the whole suite.
+In every run, each hidden test judges an answer that no other test catches, several such answers as one program; and the
+answers in a module's QUICK go through the whole suite, the reference among them.  With the marker `matrix`, all answers
+go through the whole suite.
 """
 
 import pytest
@@ -25,21 +26,32 @@ def cases(kind: str) -> list:
 
 
 RIGHT, WRONG = cases("RIGHT"), cases("WRONG")
-PROOFS = [(exercise, test, name) for exercise in answers.names() for test, name in answers.proofs(exercise).items()]
+TOGETHER = {exercise: answers.together(exercise) for exercise in answers.names()}
+PROOFS = [
+    (exercise, test, name) for exercise, groups in TOGETHER.items() for group in groups for test, name in group.items()
+]
+
+
+def beside(exercise: str, test: str) -> dict[str, str]:
+    """The proofs that are judged together with that of a hidden test, which is one of them."""
+    return next(group for group in TOGETHER[exercise] if test in group)
 
 
 @pytest.fixture(scope="module")
 def begun(request, grade, judge):
-    """What the chosen tests ask for, by exercise, answer and perhaps hidden test: all begins at once."""
+    """What the chosen tests ask for, by exercise, and by answer or the answers that are judged as one: all at once."""
     begun = {}
     for asked in chosen.parameters(request, "name"):
         exercise, name, test = asked["exercise"], asked["name"], asked.get("test")
         how = {"patience": answers.patience(exercise, name), "seed": answers.seed(exercise, name)}
-        files = answers.files(exercise, name)
         if test:
-            begun[exercise, name, test] = judge(files, exercise, f"test_{test}", **how)
+            group = beside(exercise, test)
+            names = tuple(group.values())
+            if (exercise, names) not in begun:
+                tests = [f"test_{each}" for each in group]
+                begun[exercise, names] = judge(answers.merged(exercise, names), exercise, *tests, **how)
         else:
-            begun[exercise, name] = grade(files, exercise, **how)
+            begun[exercise, name] = grade(answers.files(exercise, name), exercise, **how)
     return begun
 
 
@@ -48,6 +60,15 @@ def test_each_hidden_test_has_an_answer_that_it_alone_catches(exercise):
     proofs, wrong = answers.proofs(exercise), answers.load(exercise).WRONG
     assert {*proofs} == {test.id.removeprefix("test_") for test in exercises.load(exercise).tests}
     assert {name: wrong[name][1] for test, name in proofs.items() if wrong[name][1] != {test}} == {}
+
+
+@pytest.mark.parametrize("exercise", answers.names())
+def test_what_is_judged_together_is_each_an_answer_that_one_hidden_test_alone_catches(exercise):
+    proofs, sets = answers.proofs(exercise), answers.load(exercise).TOGETHER
+    assert sorted(name for names in sets for name in names) == sorted({*proofs.values()} & set().union(*sets))
+    judged = [test for group in answers.together(exercise) for test in group]
+    assert sorted(judged) == sorted(proofs)
+    assert {answers.patience(exercise, name) for names in sets for name in names} == {1.0}
 
 
 @pytest.mark.parametrize("exercise", answers.names())
@@ -66,13 +87,27 @@ def test_wrong_answers_go_through_the_whole_suite_in_every_run():
 
 @pytest.mark.parametrize(("exercise", "test", "name"), PROOFS)
 def test_only(begun, exercise, test, name):
-    """A wrong answer loses the one hidden test that is there to catch it, judged by that test alone."""
-    verdicts = begun[exercise, name, test].result().verdicts
-    assert {*verdicts} == {f"test_{test}"}
+    """A wrong answer loses the one hidden test that is there to catch it, judged by that test and no other.
+
+    The mistakes that other tests are there to catch, in other places of the same programs, are judged with it.
+    """
+    group = beside(exercise, test)
+    verdicts = begun[exercise, tuple(group.values())].result().verdicts
+    assert {*verdicts} == {f"test_{each}" for each in group}
     verdict = verdicts[f"test_{test}"]
     assert verdict.outcome in LOST
     assert verdict.message
     assert messages.others(exercise, name, {test: verdict.message}) == {}
+
+
+@pytest.mark.matrix
+@pytest.mark.parametrize(("exercise", "test", "name"), PROOFS)
+def test_the_mistakes_judged_beside_it_do_not_cost_it(judge, exercise, test, name):
+    """So that it is its own mistake that loses a hidden test in `test_only`."""
+    others = [each for each in beside(exercise, test).values() if each != name]
+    files = answers.merged(exercise, others)
+    (verdict,) = judge(files, exercise, f"test_{test}", seed=answers.seed(exercise, name)).result().verdicts.values()
+    assert (verdict.outcome, verdict.message) == (PASSED, "")
 
 
 def test_a_hidden_test_alone_starts_only_the_programs_that_it_uses(judge):

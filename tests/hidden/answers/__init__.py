@@ -8,10 +8,16 @@ An answer in WRONG has exactly one mistake, unless it is in NOTHING (programs th
 in SEVERAL.  Those in USELESS have one mistake, and one of their programs does nothing useful because of it.  Those in
 ABOUT have a mistake in what the exercise is about, those in DETAIL a mistake in a detail; those in BROAD break with one
 line most of what it is about, or so many of its details that this costs as much.
+
+The sets in TOGETHER have mistakes that are judged as one program in every run of the tests: in different places of the
+reference, and none hides another or changes what is said of it.
 """
 
 import importlib
 import pkgutil
+from collections.abc import Collection
+from difflib import SequenceMatcher
+from itertools import pairwise
 from pathlib import Path
 
 SOLUTIONS = Path(__file__).parents[3] / "solutions"
@@ -64,6 +70,34 @@ def proofs(exercise: str) -> dict[str, str]:
         if len(lost) == 1:
             found.setdefault(*lost, name)
     return found
+
+
+def together(exercise: str) -> list[dict[str, str]]:
+    """Return the `proofs` in groups, each judged as one program (see `merged`): those of TOGETHER, the others alone."""
+    known = proofs(exercise)
+    groups = [{test: name for test, name in known.items() if name in names} for names in load(exercise).TOGETHER]
+    alone = [{test: name} for test, name in known.items() if not any(test in group for group in groups)]
+    return groups + alone
+
+
+def merged(exercise: str, names: Collection[str]) -> dict[str, bytes]:
+    """Return the reference with what each of these answers changes; no two may change the same place."""
+    found = {}
+    for file, content in load(exercise).REFERENCE.items():
+        changes = sorted(change for name in names for change in _changes(exercise, name, file))
+        assert all(end < start for (_, end, _), (start, _, _) in pairwise(changes)), f"two change one place of {file}"
+        lines = content.decode().splitlines(keepends=True)
+        for start, end, new in reversed(changes):
+            lines[start:end] = new
+        found[file] = "".join(lines).encode()
+    return found
+
+
+def _changes(exercise: str, name: str, file: str) -> list[tuple[int, int, list[str]]]:
+    """Return from which line to which an answer's file differs from the reference's, and what stands there instead."""
+    old, new = (of[file].decode().splitlines(keepends=True) for of in (load(exercise).REFERENCE, files(exercise, name)))
+    found = SequenceMatcher(None, old, new, autojunk=False).get_opcodes()
+    return [(start, end, new[begin:stop]) for kind, start, end, begin, stop in found if kind != "equal"]
 
 
 def named(exercise: str, kind: str) -> set[str]:

@@ -2439,3 +2439,42 @@ DETAIL = {
     "client has no usage",
     "client takes what is meant for ROS for its own",
 }
+
+# Judged as one program each in every run of the tests, see the package.
+TOGETHER = [
+    {
+        "feedback at stops alone",
+        "a stop takes a step",
+        "accepts no floors",
+        "whatever is asked for preempts",
+        "each block aborts a goal, also when the shaft is free again",
+    },
+    {
+        "notes a floor that it passes as a stop",
+        "refuses to cancel a goal that another one takes over from",
+        "aborts every goal while it is blocked",
+    },
+    {"starts at floor 1", "a step takes a second at most", "a preempted goal that has made a stop succeeds"},
+    {"a block puts the cabin back to where its goal began", "cancelled goal has an empty result"},
+    {
+        "makes the stops that are due before it has the cabin",
+        "to block waits until nobody moves",
+        "client says CANCELED whenever it has cancelled",
+    },
+    {
+        "ends 0.7 s after a cancel",
+        "client sends the floors sorted",
+        "client shows the floor alone",
+        "client shows no result",
+        "client names every outcome, and the right one last",
+        "client cancels one too late",
+        "client says nothing without a server",
+        "client has no usage",
+    },
+    {
+        "waits for the cabin for half a second",
+        "client shows the feedback at the end",
+        "client exits with 0 when its goal was cancelled",
+        "client takes --cancel-after 0 for never",
+    },
+]

@@ -1530,3 +1530,19 @@ DETAIL = {
 SILENT = {"another topic", "another topic of scans", "topics in a namespace"}  # the grader waits for it in vain
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference"}
+
+# Judged as one program each in every run of the tests, see the package.
+TOGETHER = [
+    {
+        "the agent imports rclpy",
+        "drives on while it turns",
+        "another distance",
+        "the mean of the last two scans",
+        "all in one file",
+        "silent before the first scan",
+        "a command for each scan as well",
+    },
+    {"nearer or equal", "every fourth beam of many", "NaN not looked for", "an old scan is as good as a new one"},
+    {"never looks for a wall", "every scanner begins behind", "finite values alone"},
+    {"after a hundred decisions it only turns", "every scanner turns counter-clockwise"},
+]

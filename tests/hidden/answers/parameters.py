@@ -1996,3 +1996,33 @@ SILENT = {
 }  # the grader waits for these in vain
 # Judged by the whole suite in every run of the tests: what is right, and partial credit of each kind.
 QUICK = {"reference", "a limit forgotten"}
+
+# Judged as one program each in every run of the tests, see the package.
+TOGETHER = [
+    {
+        "another default",
+        "range by the callback alone",
+        "time from the start of the node",
+        "derivative the wrong way round",
+        "not clamped",
+        "limits may be equal",
+        "no reason",
+        "only the first of several is acted upon",
+        "ki as it was starts the integral again",
+        "a new joint_name is accepted and ignored",
+    },
+    {
+        "one limit alone is always refused",
+        "the node's clock",
+        "efforts rounded to nine decimals",
+        "the integral waits at the upper limit alone",
+        "overrides shown but not used",
+        "kp is clipped to its range",
+    },
+    {
+        "a refused limit is remembered for the rule",
+        "limits in the wrong order are accepted when both are set",
+        "a new gain counts one message late",
+    },
+    {"looks at limits that are not declared yet", "limits above 1e7 are refused"},
+]

@@ -2019,3 +2019,24 @@ DETAIL = {
     "relay remembers that there was a server",
     "relay looks every 3 s whether there is a server",
 }
+
+# Judged as one program each in every run of the tests, see the package.
+TOGETHER = [
+    {"motors start enabled", "relay gives up after 5 s"},
+    {"enable toggles", "relay lets four ask at a time"},
+    {"enable only enables", "enable says the state before", "relay reads its parameters once"},
+    {
+        "enable counts",
+        "relay takes a sum of 0 for no answer",
+        "relay asks twice, and calls its server unavailable at first",
+    },
+    {"parameters that are set while a call waits are not used", "the first enable after a stop is ignored"},
+    {
+        "repeating is an error",
+        "status is of a state of its own",
+        "relay mixes up a and b",
+        "relay says nothing without a server",
+        "relay awaits in a mutually exclusive group of its own",
+    },
+    {"the end of a stop enables again", "relay remembers that there was no server"},
+]

@@ -1530,3 +1530,32 @@ DETAIL = {
     "client waits for the answer for ever",
     "client's main has no exit status",
 }
+
+# Judged as one program each in every run of the tests, see the package.
+TOGETHER = [
+    {
+        "subtract swapped",
+        "adds with math.fsum",
+        "refuses what follows an empty operation",
+        "whole division",
+        "no log of responses",
+        "another definition",
+        "client computes",
+        "client mixes up",
+        "client is silent",
+        "client has success without server",
+        "multiply is power",
+        "0 / 0 is 0",
+        "b before a",
+        "client dies without an answer",
+    },
+    {
+        "no message",
+        "no log of requests",
+        "add without the sign of b",
+        "ends 0.7 s after a refusal",
+        "a field too many",
+        "client finds no server, and says nothing",
+    },
+    {"tiny is zero", "client takes no more than three words"},
+]
