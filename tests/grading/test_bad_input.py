@@ -12,18 +12,19 @@ import pytest
 from autograder.records import CRASHED, GRADED, INVALID_SUBMISSION, NOT_RUN, PASSED, TIMED_OUT
 from autograder.submissions import listing, notebook, reading
 from tests import chosen
+from tests.hidden.answers import services
 from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER, SRV
 from tests.processes import programs_left
 
 AUTOGRADER = [str(Path(sys.executable).with_name("autograder"))]
 FILES = (SRV, SERVER, CLIENT)
-NEEDS_SERVER = ("test_add", "test_each_answer_stands_alone")
-NEEDS_NONE = ("test_interface_response", "test_client_shows_result")
+NEEDS_SERVER = ("test_status", "test_enable_and_disable")
+NEEDS_NONE = ("test_relay_sends_parameters", "test_changed_parameters")
 QUICK = "0.35"  # of the usual patience: a silent program is given up on sooner
 
-# Servers that do not work, the outcome of the server's tests, and a pattern of what the student is told.
+# Motors that do not work, the outcome of the server's tests, and a pattern of what the student is told.
 SERVERS = {
-    "syntax": ("def main(:\n    pass\n", CRASHED, r"SyntaxError: invalid syntax \(calculator_server.py, line 1\)"),
+    "syntax": ("def main(:\n    pass\n", CRASHED, r"SyntaxError: invalid syntax \(motor_service.py, line 1\)"),
     "ends": ("print('hello')\n", CRASHED, "ended by itself right after its start"),
     "raises": ("import nothing_of_that_name\n", CRASHED, "ModuleNotFoundError: No module named 'nothing_of_that_name'"),
     "never_starts": ("import time\ntime.sleep(1000)\n", TIMED_OUT, "no node appeared"),
@@ -198,8 +199,8 @@ def broken(request, judge):
     asked = chosen.values(request, "name")
     return {
         name: judge(
-            REFERENCE | {SERVER: text.encode()},
-            "calculator",
+            services.REFERENCE | {services.MOTORS: text.encode()},
+            "services",
             *NEEDS_SERVER,
             *NEEDS_NONE,
             patience=float(QUICK) if outcome == TIMED_OUT else 1.0,
@@ -213,20 +214,21 @@ def test_a_class_with_bad_submissions(confinement, tmp_path):
     """As a command: the good submission after the bad ones is graded as ever, and no process is left."""
     waits = REFERENCE[SERVER].replace(b"        return response", b"        import time; time.sleep(1000)")
     write(tmp_path / "in" / "a_empty" / "calculator", {})
-    write(tmp_path / "in" / "b_<i>raises" / "calculator", REFERENCE | {SERVER: SERVERS["raises"][0].encode()})
+    raises = {SERVER: SERVERS["raises"][0].encode(), CLIENT: b"def main(:\n"}  # both end at once
+    write(tmp_path / "in" / "b_<i>raises" / "calculator", REFERENCE | raises)
     write(tmp_path / "in" / "c_silent" / "calculator", REFERENCE | {SERVER: waits})
     write(tmp_path / "in" / "d_good" / "calculator", REFERENCE)
     write(tmp_path / "in" / "d_good" / "unknown", {})
     (tmp_path / "in" / "e_link").mkdir()
     (tmp_path / "in" / "e_link" / "calculator").symlink_to("../d_good/calculator")
     out = tmp_path / "out"
-    command = [*AUTOGRADER, "grade", str(tmp_path / "in"), "--output", str(out), "--patience", QUICK]
+    command = [*AUTOGRADER, "grade", str(tmp_path / "in"), "--output", str(out), "--patience", QUICK, "--jobs", "1"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=200)
     assert (done.returncode, done.stderr) == (0, "")
     lines = {line["student"]: line for line in map(json.loads, (out / "results.jsonl").read_text().splitlines())}
     assert {name: (line["status"], line["score"]) for name, line in lines.items()} == {
         "a_empty": (INVALID_SUBMISSION, 0),
-        "b_<i>raises": (GRADED, 8),
+        "b_<i>raises": (GRADED, 2),
         "c_silent": (GRADED, 8),
         "d_good": (GRADED, 20),
         "e_link": (INVALID_SUBMISSION, 0),
@@ -235,7 +237,7 @@ def test_a_class_with_bad_submissions(confinement, tmp_path):
     assert any("no answer within" in test["message"] for test in lines["c_silent"]["tests"])
     assert programs_left() == []
     page = (out / "feedback" / "b_<i>raises" / "calculator.html").read_text()
-    assert "b_&lt;i&gt;raises" in page and "<i>" not in page and "8 of 20 points" in page
+    assert "b_&lt;i&gt;raises" in page and "<i>" not in page and "2 of 20 points" in page
 
     from nbgrader.api import Gradebook
 
@@ -245,9 +247,10 @@ def test_a_class_with_bad_submissions(confinement, tmp_path):
         }
 
     # A line that was cut off by a kill is graded again, the others are not.
-    whole = (out / "results.jsonl").read_bytes()
-    last = json.loads(whole.splitlines()[-1])["student"]
-    (out / "results.jsonl").write_bytes(whole[:-20])
+    last = "b_<i>raises"
+    whole = (out / "results.jsonl").read_bytes().splitlines(keepends=True)
+    whole.sort(key=lambda line: last.encode() in line)
+    (out / "results.jsonl").write_bytes(b"".join(whole)[:-20])
     (out / "feedback" / "a_empty" / "calculator.html").unlink()
     assert subprocess.run(command, capture_output=True).returncode == 2
     done = subprocess.run([*command, "--resume"], capture_output=True, text=True, timeout=100)
