@@ -37,10 +37,13 @@ MADE = paths(NAME)
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """Runs Python in a copy of the repository, whose packages come before the installed ones."""
+    """Runs Python in a copy of the repository, whose packages come before the installed ones.
+
+    What is compiled already comes along, so that no command compiles it again.
+    """
     copy = tmp_path_factory.mktemp("copy")
     for folder in ("autograder", "course", "solutions", "tests"):
-        shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / folder, copy / folder)
     for notebook in ROOT.glob("notebooks/[!.]*/*.ipynb"):
         (copy / "notebooks" / notebook.stem).mkdir(parents=True)
         shutil.copy(notebook, copy / "notebooks" / notebook.stem)
