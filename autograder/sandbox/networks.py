@@ -8,8 +8,10 @@ there.
 
 import contextlib
 import ctypes
+import fcntl
 import os
-import subprocess
+import socket
+import struct
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
@@ -18,6 +20,8 @@ from typing import TypeVar
 CLONE_NEWNET = 0x40000000
 # For `ip -batch`: the loopback device of a new network, ready for ROS 2 discovery, which needs multicast.
 SET_UP = "link set lo up multicast on\nroute add 224.0.0.0/4 dev lo\n"
+READ_FLAGS, SET_FLAGS, ADD_ROUTE = 0x8913, 0x8914, 0x890B  # SIOCGIFFLAGS, SIOCSIFFLAGS, SIOCADDRT; see netdevice(7)
+UP, MULTICAST = 0x1, 0x1000  # a device's IFF_UP and IFF_MULTICAST, a route's RTF_UP
 _libc = ctypes.CDLL(None, use_errno=True)
 
 Result = TypeVar("Result")
@@ -88,9 +92,38 @@ class Threads:
             self.run(domain, do)
 
 
+class _Route(ctypes.Structure):
+    """A route, as struct rtentry of linux/route.h."""
+
+    _fields_ = (
+        ("pad1", ctypes.c_ulong),
+        ("destination", ctypes.c_ubyte * 16),
+        ("gateway", ctypes.c_ubyte * 16),
+        ("mask", ctypes.c_ubyte * 16),
+        ("flags", ctypes.c_ushort),
+        ("pad2", ctypes.c_short),
+        ("pad3", ctypes.c_ulong),
+        ("pad4", ctypes.c_void_p),
+        ("metric", ctypes.c_short),
+        ("device", ctypes.c_char_p),
+        ("mtu", ctypes.c_ulong),
+        ("window", ctypes.c_ulong),
+        ("round_trip_time", ctypes.c_ushort),
+    )
+
+
 def _set_up() -> None:
-    """Prepare the loopback device of this thread's network for ROS 2 discovery, which needs multicast."""
-    subprocess.run(["ip", "-batch", "-"], check=True, text=True, input=SET_UP)
+    """Do SET_UP in this thread's network, without a program: a worker has many networks."""
+    nowhere, multicast, mask = (
+        struct.pack("H2x4s8x", socket.AF_INET, socket.inet_aton(address))
+        for address in ("0.0.0.0", "224.0.0.0", "240.0.0.0")
+    )
+    route = _Route(destination=(*multicast,), gateway=(*nowhere,), mask=(*mask,), flags=UP, device=b"lo")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as of_network:
+        known = fcntl.ioctl(of_network, READ_FLAGS, struct.pack("16s24x", b"lo"))
+        flags = struct.unpack_from("H", known, 16)[0] | UP | MULTICAST
+        fcntl.ioctl(of_network, SET_FLAGS, struct.pack("16sH22x", b"lo", flags))
+        fcntl.ioctl(of_network, ADD_ROUTE, bytes(route))
 
 
 def _here() -> int:

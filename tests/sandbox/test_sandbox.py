@@ -13,12 +13,13 @@ from pathlib import Path
 import pytest
 
 from autograder.paths import PACKAGE
-from autograder.sandbox import processor_core, sandbox, seccomp, view
+from autograder.sandbox import networks, processor_core, sandbox, seccomp, view
 from autograder.sandbox.sandbox import CONFINEMENTS
 from autograder.sandbox.variables import ros_prefixes
 from course.foundation.waiting import wait_until
 from tests.hidden.answers import SOLUTIONS
-from tests.hidden.answers.calculator import CLIENT, REFERENCE, SERVER
+from tests.hidden.answers.calculator import SERVER
+from tests.hidden.answers.services import MOTORS, REFERENCE, RELAY
 from tests.processes import processes, programs_left
 
 AUTOGRADER = str(Path(sys.executable).with_name("autograder"))
@@ -177,17 +178,18 @@ def test_no_sandbox_without_bubblewrap(monkeypatch, tmp_path):
 
 
 def hand_in(folder: Path) -> Path:
+    """Lay down the right relay, and motors that end at once."""
     folder.mkdir()
     for name, content in REFERENCE.items():
         (folder / name).write_bytes(content)
+    (folder / MOTORS).write_text(ENDS)
     return folder
 
 
 def test_unsafe_is_flagged(tmp_path):
-    folder = hand_in(tmp_path / "calculator")
-    (folder / CLIENT).write_text(ENDS)
+    folder = hand_in(tmp_path / "services")
     done = subprocess.run(
-        [AUTOGRADER, "check", str(folder), "--assignment", "calculator", "--unsafe", "--json"],
+        [AUTOGRADER, "check", str(folder), "--assignment", "services", "--unsafe", "--json"],
         capture_output=True,
         text=True,
         timeout=60,
@@ -203,15 +205,14 @@ def test_as_an_ordinary_user(tmp_path):
     home = Path("/tmp") / f"autograder-test-{os.getpid()}"
     home.mkdir()
     try:
-        server = hand_in(home / "calculator") / SERVER
-        server.with_name(CLIENT).write_text(ENDS)
-        server.write_text("import os\nprint('cores:', *os.sched_getaffinity(0))\n" + server.read_text())
+        relay = hand_in(home / "services") / RELAY
+        relay.write_text("import os\nprint('cores:', *os.sched_getaffinity(0))\n" + relay.read_text())
         os.chown(home, ORDINARY_USER, ORDINARY_USER)
         user = ["setpriv", f"--reuid={ORDINARY_USER}", f"--regid={ORDINARY_USER}", "--clear-groups", "--"]
         if subprocess.run([*user, sys.executable, "-c", "import autograder"], cwd="/", capture_output=True).returncode:
             pytest.skip("an ordinary user cannot read this installation")
         done = subprocess.run(
-            [*user, AUTOGRADER, "check", str(home / "calculator"), "--assignment", "calculator", "--json"],
+            [*user, AUTOGRADER, "check", str(home / "services"), "--assignment", "services", "--json"],
             capture_output=True,
             text=True,
             timeout=120,
@@ -219,13 +220,32 @@ def test_as_an_ordinary_user(tmp_path):
             env=os.environ | {"HOME": str(home), "XDG_CACHE_HOME": str(home / "cache")},
         )
         report = json.loads(done.stdout or "{}")
-        assert (done.returncode, report.get("score"), report.get("flags")) == (0, 14, []), done.stderr
+        assert (done.returncode, report.get("score"), report.get("flags")) == (0, 10, []), done.stderr
         assert programs_left() == []
         has_group = subprocess.run([*user, sys.executable, "-c", HAS_GROUP], cwd="/", capture_output=True).returncode
         cores = set(re.findall(r"cores: (.*)", str(report["logs"]).replace("\\n", "\n")))
         assert cores and (has_group or all(len(line.split()) == 1 for line in cores)), cores
     finally:
         shutil.rmtree(home)
+
+
+def test_the_networks_of_a_grading_are_as_the_command_ip_makes_them(confinement):
+    """As it does for a student's server."""
+    if confinement != "root":
+        pytest.skip("only root makes networks outside of a worker")
+    (made,) = networks.make(1)
+    show = "ip address show lo && ip route show table all"
+    by_command = subprocess.run(
+        ["unshare", "--net", "sh", "-c", f"ip -batch - <<'END' && {show}\n{networks.SET_UP}END\n"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    with networks.inside(made):
+        here = subprocess.run(["sh", "-c", show], check=True, capture_output=True, text=True)
+    os.close(made)
+    assert "MULTICAST,UP" in here.stdout and "224.0.0.0/4 dev lo" in here.stdout
+    assert here.stdout == by_command.stdout
 
 
 def test_nothing_outlives_a_worker(confinement):
