@@ -64,11 +64,11 @@ def test_each_hidden_test_has_an_answer_that_it_alone_catches(exercise):
 
 @pytest.mark.parametrize("exercise", answers.names())
 def test_what_is_judged_together_is_each_an_answer_that_one_hidden_test_alone_catches(exercise):
-    proofs, sets = answers.proofs(exercise), answers.load(exercise).TOGETHER
+    proofs, sets = answers.proofs(exercise), answers.sets(exercise)
     assert sorted(name for names in sets for name in names) == sorted({*proofs.values()} & set().union(*sets))
     judged = [test for group in answers.together(exercise) for test in group]
     assert sorted(judged) == sorted(proofs)
-    assert {answers.patience(exercise, name) for names in sets for name in names} == {1.0}
+    assert {answers.patience(exercise, name) for names in sets for name in names} <= {1.0}
 
 
 @pytest.mark.parametrize("exercise", answers.names())

@@ -72,10 +72,15 @@ def proofs(exercise: str) -> dict[str, str]:
     return found
 
 
+def sets(exercise: str) -> list[set[str]]:
+    """Return the module's TOGETHER: none in that of a new exercise."""
+    return getattr(load(exercise), "TOGETHER", [])
+
+
 def together(exercise: str) -> list[dict[str, str]]:
     """Return the `proofs` in groups, each judged as one program (see `merged`): those of TOGETHER, the others alone."""
     known = proofs(exercise)
-    groups = [{test: name for test, name in known.items() if name in names} for names in load(exercise).TOGETHER]
+    groups = [{test: name for test, name in known.items() if name in names} for names in sets(exercise)]
     alone = [{test: name} for test, name in known.items() if not any(test in group for group in groups)]
     return groups + alone
 
