@@ -14,9 +14,8 @@ from types import FrameType
 from rclpy.action import ActionClient
 from rclpy.client import Client
 
-from course.explaining.failure_report import text_at
 from course.explaining.outline import serves
-from course.explaining.source import covers, is_cell, name_of, parse
+from course.explaining.source import covers, is_cell, name_of, parse, text_at
 
 IDLE = ("sleep", "print", "spin_once")  # calls in a loop that only waits
 ASKS = ("service_is_ready", "wait_for_service", "server_is_ready", "wait_for_server")  # methods of a client

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from course.explaining.failure_report import text_at
-from course.explaining.source import WAITS, argument, calls, covers, exits, functions, name_of, parse
+from course.explaining.source import WAITS, argument, calls, covers, exits, functions, name_of, parse, text_at
 
 BLOCKING = ("call", "send_goal", "get_result", "cancel_goal")  # each has a twin that ends in `_async`
 # Methods that wait for a server, what creates their client, and the position and name of its argument with the name.

@@ -45,6 +45,7 @@ from course.explaining.source import (
     no_result,
     parse,
     spins_once,
+    text_at,
     wrong_guard,
     wrong_return,
 )
@@ -541,14 +542,6 @@ def _once(frames: list[Frame]) -> tuple[Frame, ...]:
 def place_of(filename: str) -> str:
     """Return how a reader calls the file of some code: `the cell`, or its name."""
     return "the cell" if is_cell(filename) else Path(filename).name
-
-
-def text_at(path: Path) -> str:
-    """Return the program's text; '' if its file is gone."""
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return ""
 
 
 def _signal(number: int) -> str:

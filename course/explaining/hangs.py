@@ -11,8 +11,8 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from course.explaining.endless_waits import EXECUTORS, Call, is_own, of_rclpy, threads
-from course.explaining.failure_report import Frame, text_at
-from course.explaining.source import Function, calls, covers, functions, name_of, parse, written_number
+from course.explaining.failure_report import Frame
+from course.explaining.source import Function, calls, covers, functions, name_of, parse, text_at, written_number
 
 CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
 # A program with one of these may run other code while a callback waits.

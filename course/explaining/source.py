@@ -6,6 +6,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator
+from pathlib import Path
 from types import FrameType
 
 from course.foundation.syntax import syntax_tree
@@ -48,6 +49,14 @@ ONE_AT_A_TIME = (
 )
 ENDS = ("exit", "_exit", "quit")
 LOGS = ("sleep", "print", "debug", "info", "warn", "warning", "error")  # calls that change nothing in a loop
+
+
+def text_at(path: Path) -> str:
+    """Return the program's text; '' if its file is gone."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
 
 
 def parse(source: str) -> ast.Module:

@@ -5,10 +5,10 @@ import re
 from pathlib import Path
 
 from course.explaining.conditions import asked_by
-from course.explaining.failure_report import frame_at, text_at
+from course.explaining.failure_report import frame_at
 from course.explaining.mixups import assigned
 from course.explaining.outline import EXITS, uncalled_main
-from course.explaining.source import calls, functions, inside, name_of, parse
+from course.explaining.source import calls, functions, inside, name_of, parse, text_at
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
 LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")  # methods that change a word's letters

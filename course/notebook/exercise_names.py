@@ -5,8 +5,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from course.explaining.failure_report import text_at
-from course.explaining.source import parse
+from course.explaining.source import parse, text_at
 from course.foundation import cells
 from course.foundation.syntax import imported
 from course.interfaces.definition import SECTIONS

@@ -21,7 +21,7 @@ from rclpy.subscription import Subscription
 
 from course.errors import ExerciseError, LiveError, NodeFailed
 from course.explaining.doubts import endless_look, long_limit, short_result, short_wait
-from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program, text_at
+from course.explaining.failure_report import GUARDED, MARK, frame_at, of_program
 from course.explaining.hangs import NOT_SPUN, THREADS, beginning
 from course.explaining.interface_parts import type_name as field_type
 from course.explaining.lines_that_wait import endless_look_at, executor_threads, remark
@@ -43,6 +43,7 @@ from course.explaining.source import (
     one_at_a_time,
     parameter_callbacks,
     service_callbacks,
+    text_at,
     without_global,
     written_number,
     wrong_guard,

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
 
-from course.explaining.failure_report import frame_at, text_at
-from course.explaining.source import argument, calls, name_of, parse
+from course.explaining.failure_report import frame_at
+from course.explaining.source import argument, calls, name_of, parse, text_at
 from course.notebook.judging import PERIOD, value_of
 
 ENOUGH = 24  # messages from which a rate can be told

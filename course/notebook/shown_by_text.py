@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from course.explaining.exchanged_limits import exchanged_limits
-from course.explaining.failure_report import frame_at, text_at
+from course.explaining.failure_report import frame_at
 from course.explaining.misspelt_texts import operations
 from course.explaining.source import (
     CALLBACKS,
@@ -23,6 +23,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
     signed_number,
+    text_at,
 )
 from course.explaining.unmeant import NOW
 from course.explaining.unread import only_none

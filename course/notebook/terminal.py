@@ -17,9 +17,10 @@ from pathlib import Path
 from course.errors import ExerciseError, NodeFailed
 from course.explaining import ros_1
 from course.explaining.endless_waits import EndlessSpin
-from course.explaining.failure_report import MARK, Frame, frame_at, left_thread, of_program, text_at, without_ignored
+from course.explaining.failure_report import MARK, Frame, frame_at, left_thread, of_program, without_ignored
 from course.explaining.lines_that_wait import remark
 from course.explaining.parameter_files import unparsed, unread_files, unread_words, with_tabs
+from course.explaining.source import text_at
 from course.foundation import processes
 from course.foundation.waiting import lookouts, wait_until
 from course.session.guards import say

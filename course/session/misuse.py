@@ -12,8 +12,8 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from course.errors import LiveError
-from course.explaining.failure_report import text_at
 from course.explaining.parameter_files import ROS_ARGS, unread_words
+from course.explaining.source import text_at
 
 OF_A_FILE = "ros__parameters"  # the key above a node's parameters in a parameter file
 OF_START = ("parameters", "threads", "timeout")  # arguments of `ros.start`

@@ -25,9 +25,9 @@ from course.explaining.failure_report import (
     failed_goals,
     of_exit,
     of_program,
-    text_at,
 )
 from course.explaining.lines_that_wait import crowded, executor_threads
+from course.explaining.source import text_at
 from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.ros.discovery import mark

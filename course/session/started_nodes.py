@@ -20,10 +20,10 @@ from rclpy.node import Node
 
 from course.errors import CallTimeout, LiveError, NodeFailed
 from course.explaining.doubts import doubts
-from course.explaining.failure_report import Frame, text_at
+from course.explaining.failure_report import Frame
 from course.explaining.hangs import NOT_SPUN
 from course.explaining.parameter_files import set_parameters, unread_files
-from course.explaining.source import makes_one_node, running_cell
+from course.explaining.source import makes_one_node, running_cell, text_at
 from course.foundation import processes
 from course.foundation.processes import processor_time
 from course.foundation.waiting import wait_until
