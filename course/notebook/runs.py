@@ -3,7 +3,6 @@
 import os
 import re
 import subprocess
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,6 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import DeadKernelError
 from nbformat import NotebookNode
-from nbgrader.preprocessors import CheckCellMetadata, ClearOutput, Execute, NbGraderPreprocessor
-from nbgrader.validator import Validator
 
 from course import registry
 from course.foundation.cells import FAILED, PASSED, UNFINISHED, Cell
@@ -26,40 +23,16 @@ CELL = 60  # s that a cell may take
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 
 
-class Needed(NbGraderPreprocessor):
-    """Removes the code cells that no exercise needs, so that Validate is fast; keeps Markdown."""
-
-    def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
-        """Return the notebook without these cells."""
-        kept = set(needed_cells([_cell(cell) for cell in nb.cells]))
-        nb.cells = [cell for number, cell in enumerate(nb.cells) if cell.cell_type != "code" or number in kept]
-        return nb, resources
-
-
-class Apart(Execute):
-    """Runs the notebook in a folder of links to the student's files: exercise cells replace links, and not files."""
-
-    def preprocess(
-        self, nb: NotebookNode, resources: dict[str, Any], **more: Any
-    ) -> tuple[NotebookNode, dict[str, Any]]:
-        """Return the notebook as run."""
-        known = resources.get("metadata", {})
-        with tempfile.TemporaryDirectory(prefix="validate-") as place:
-            for path in Path(known.get("path", "")).absolute().iterdir():
-                if path.name != "__pycache__":
-                    Path(place, path.name).symlink_to(path)
-            there = {**resources, "metadata": {**known, "path": place}}
-            done: tuple[NotebookNode, dict[str, Any]] = super().preprocess(nb, there, **more)
-            return done
-
-
 def validate_what_is_needed() -> None:
     """Have nbgrader's Validate, in this process, skip cells that no exercise needs, and leave the folder as it is.
 
-    nbgrader has no setting for either.
+    nbgrader has no setting for either.  It is imported here alone, because the hand-in does without it.
     """
-    steps = [CheckCellMetadata, ClearOutput, Needed, Apart]
-    Validator.preprocessors.default_args = (steps,)
+    from nbgrader.validator import Validator
+
+    from course.notebook.validating import STEPS
+
+    Validator.preprocessors.default_args = ([*STEPS],)
 
 
 def outcomes(
@@ -124,7 +97,3 @@ def _outcome(ran: NotebookNode) -> str:
         return f"{UNFINISHED}{CELL} s{f', in {marked[1]}' if marked else ''}"
     why = COLOUR.sub("", error.evalue).strip()
     return f"{FAILED}{why if error.ename in TOLD and why else f'{error.ename}: {why}'}"
-
-
-def _cell(cell: NotebookNode) -> Cell:
-    return Cell(cell.cell_type, cell.source, cell.metadata.get("nbgrader", {}))

@@ -95,18 +95,22 @@ def test_an_archive_holds_the_files_as_they_are_and_a_receipt(folder):
     assert ran.stderr == ""
 
 
-def test_a_file_that_is_missing_fails_its_check_though_its_cell_would_pass(folder):
+def test_the_checks_see_the_files_that_are_handed_in_not_their_cells(folder):
+    """One that is missing fails its check though its cell would pass, and so does one that was edited elsewhere."""
     solution = CHECK | {"solution": True, "grade": False, "locked": False}
-    text = notebook(
-        (f"%%exercise server.py --no-start\n{SERVER}", solution | {"grade_id": "file"}),
+    book = nbformat.read(folder / "greeter.ipynb", 4)
+    more = notebook(
         ("%%exercise client.py --no-start\nprint('client')", solution | {"grade_id": "other"}),
         ("assert 'client' in open('client.py').read()\nprint('as asked')", CHECK | {"grade_id": "says-client"}),
     )
-    (folder / "greeter.ipynb").write_text(text)
+    book.cells += nbformat.reads(more, 4).cells
+    nbformat.write(book, folder / "greeter.ipynb")
+    (folder / "server.py").write_text("print('other')\n")
     ran = run(folder, "--yes")
     assert ran.returncode == 0, ran.stderr
     assert "says-client: not yet: FileNotFoundError" in ran.stdout
-    assert "0 of 1 public checks passed; client.py was not handed in." in ran.stdout
+    assert "says-server: not yet: it must say server" in ran.stdout
+    assert "0 of 2 public checks passed; client.py was not handed in." in ran.stdout
 
 
 @pytest.mark.parametrize(("answer", "told"), [("YOUR ANSWER HERE", True), ("Because it may fail.", False)])
@@ -187,12 +191,6 @@ def test_a_file_that_is_not_what_its_cell_says_is_asked_about(folder):
     assert content["server.py"] == b"print('edited elsewhere: server')\n"  # the file counts
     assert list(receipt["doubts"]) == ["server.py"]
     assert (folder / "server.py").read_text() == "print('edited elsewhere: server')\n"  # and is not written over
-
-
-def test_the_checks_see_the_file_that_is_handed_in_not_its_cell(folder):
-    (folder / "server.py").write_text("print('other')\n")
-    ran = run(folder, "--yes")
-    assert "says-server: not yet: it must say server" in ran.stdout
 
 
 @pytest.mark.parametrize(
