@@ -25,6 +25,7 @@ from course.ros.discovery import COUNTABLE, ask_participants, participants_here
 from course.ros.fast_dds import ignore_discovery
 from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
 from course.ros.node_names import names_and_namespaces
+from course.ros.rclpy_patches import load_generator_later
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
     from rclpy.executors import SingleThreadedExecutor
@@ -108,6 +109,7 @@ class Graph:
         self.spin_time: float | None = getattr(args, "spin_time", None)
         self.least = REMOTE if reaches_other_hosts() else 0.0
         choose_transport(talks)
+        load_generator_later()
         import rclpy
         from rclpy.signals import SignalHandlerOptions
 
