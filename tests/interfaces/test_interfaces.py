@@ -54,13 +54,21 @@ def run(code: str, cache: Path) -> str:
     return done.stdout
 
 
+# What ends a comment of C or of Python, or a line of a template, with code behind it; and what a terminal obeys.
+COMMENTS = ("*/ int owned(void) { return 1; } /*", '""" + exit() + """', "@[if x", "C:\\users", "\x1b[2J\u202e", "\\")
+ABOVE = "".join(f"# {comment}\n" for comment in COMMENTS)
+BESIDE = "".join(f"int32 {name} # {comment}\n" for name, comment in zip("abcdef", COMMENTS, strict=True))
+COMMENTED = f"{ABOVE}{BESIDE}---\n{ABOVE}int32 K=1 # {COMMENTS[0]}\n{BESIDE}{ABOVE}"
+ONCE = {"Calculate.srv": CALCULATE, "Ask.srv": COMMENTED}
+
+
 def test_a_build_is_importable_at_once_and_by_children(cache):
     out = run(
         f"""
 import subprocess, sys
 from pathlib import Path
 from course.interfaces import build
-build("calculator_interfaces", {{"Calculate.srv": {CALCULATE!r}}}, cache=Path(sys.argv[1]))
+build("calculator_interfaces", {ONCE!r}, cache=Path(sys.argv[1]))
 from calculator_interfaces.srv import Calculate
 print(Calculate.Request(a=1.0, operation="add"))
 child = "from calculator_interfaces.srv import Calculate; print(Calculate.Response(success=True))"
@@ -72,113 +80,88 @@ print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=Tr
     assert "Calculate_Response(result=0.0, success=True, message='')" in out
 
 
-ENDED = (
-    "'asking' was ended: it uses edited, which has been built again. Run the cells that import from edited and define "
-    "Asking, and then start it again, with ros.start(Asking)."
-)
-
-
-def test_an_edited_definition_replaces_the_loaded_one_in_a_live_session(cache):
-    out = run(
-        """
-import sys
-from pathlib import Path
-from course.interfaces import build
-from course.session.live import Session
-build("edited", {"Ask.srv": "int32 a\\n---\\nint32 b\\n"}, cache=Path(sys.argv[1]))
-from rclpy.node import Node
-from edited.srv import Ask
-session = Session()
-def double(request, response):
-    response.b = 2 * request.a
-    return response
-session.node.create_service(Ask, "old", double)
-class Asking(Node):
-    def __init__(self):
-        super().__init__("asking")
-        self.client = self.create_client(Ask, "old")
-session.start(Asking)
-print(session.call("old", Ask, a=21).b)
-build("edited", {"Ask.srv": "string question\\n---\\nstring answer\\n"}, cache=Path(sys.argv[1]))
-from edited.srv import Ask
-def shout(request, response):
-    response.answer = request.question.upper()
-    return response
-session.node.create_service(Ask, "new", shout)
-print(session.call("new", Ask, question="why").answer, session.nodes())
-print(session.watch.notices()[0])
-session.close()
-""",
-        cache,
-    )
-    assert out.splitlines() == ["42", "WHY []", ENDED]
-
-
-def test_messages_actions_and_types_of_other_packages_are_carried(cache):
-    out = run(
-        """
-import sys
-from pathlib import Path
-from course.interfaces import build
-from course.session.live import Session
-build("mixed", {"Pair.msg": "geometry_msgs/Point left\\nfloat64[3] right\\n",
-                "Swap.srv": "Pair[] pairs\\n---\\nint32 count\\n",
-                "Count.action": "int32 to\\n---\\nstd_msgs/Header header\\n---\\nint32[] seen\\n"},
-      cache=Path(sys.argv[1]))
-from mixed.msg import Pair
-from mixed.srv import Swap
-from mixed.action import Count
-from rclpy.action import ActionServer
-session = Session()
-ActionServer(session.node, Count, "count", lambda goal: Count.Result())
-def count(request, response):
-    response.count = len(request.pairs)
-    return response
-session.node.create_service(Swap, "swap", count)
-print(session.call("swap", Swap, pairs=[Pair(), Pair()]).count, Count.Feedback())
-session.close()
-""",
-        cache,
-    )
-    assert out.strip() == "2 mixed.action.Count_Feedback(seen=[])"
-
-
-# What ends a comment of C or of Python, or a line of a template, with code behind it; and what a terminal obeys.
-COMMENTS = ("*/ int owned(void) { return 1; } /*", '""" + exit() + """', "@[if x", "C:\\users", "\x1b[2J\u202e", "\\")
-
-
 def test_a_comment_is_no_code_and_stands_in_no_help(cache):
     """What is shown of the type in a cell's help is made of its fields; the definition keeps its comments."""
-    above = "".join(f"# {comment}\n" for comment in COMMENTS)
-    beside = "".join(f"int32 {name} # {comment}\n" for name, comment in zip("abcdef", COMMENTS, strict=True))
-    text = f"{above}{beside}---\n{above}int32 K=1 # {COMMENTS[0]}\n{beside}{above}"
     out = run(
         f"""
 import ctypes, pydoc, sys
 from pathlib import Path
 from course.interfaces import build
-built = build("commented", {{"Ask.srv": {text!r}}}, cache=Path(sys.argv[1]))
-from commented.srv import Ask
+built = build("calculator_interfaces", {ONCE!r}, cache=Path(sys.argv[1]))
+from calculator_interfaces.srv import Ask
 print(Ask.Request(f=1), Ask.Response.K)
 for part in (Ask, Ask.Request, Ask.Response):
     said = pydoc.render_doc(part, renderer=pydoc.plaintext)
     assert "class Ask" in said and not [comment for comment in {COMMENTS!r} if comment[:-1] and comment in said]
 print([hasattr(ctypes.CDLL(str(library)), "owned") for library in sorted((built.prefix / "lib").glob("*.so"))])
-print((built.prefix / "share/commented/srv/Ask.srv").read_text() == {text!r})
+print((built.prefix / "share/calculator_interfaces/srv/Ask.srv").read_text() == {COMMENTED!r})
 """,
         cache,
     )
     assert out.splitlines() == [
-        "commented.srv.Ask_Request(a=0, b=0, c=0, d=0, e=0, f=1) 1",
+        "calculator_interfaces.srv.Ask_Request(a=0, b=0, c=0, d=0, e=0, f=1) 1",
         "[False, False, False]",
         "True",
     ]
 
 
 def test_the_same_definition_is_compiled_once(cache, monkeypatch):
-    build("once", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
+    build("calculator_interfaces", ONCE, cache=cache, use=False)
     monkeypatch.setattr("course.interfaces.builder._build", lambda *args: pytest.fail("compiled again"))
-    build("once", {"A.srv": "int32 a\n---\n"}, cache=cache, use=False)
+    build("calculator_interfaces", ONCE, cache=cache, use=False)
+
+
+ENDED = (
+    "'asking' was ended: it uses edited, which has been built again. Run the cells that import from edited and define "
+    "Asking, and then start it again, with ros.start(Asking)."
+)
+FIRST = {
+    "Pair.msg": "geometry_msgs/Point left\nfloat64[3] right\n",
+    "Swap.srv": "Pair[] pairs\n---\nint32 count\n",
+    "Count.action": "int32 to\n---\nstd_msgs/Header header\n---\nint32[] seen\n",
+}
+EDITED = {"Swap.srv": "string question\n---\nstring answer\n"}
+
+
+def test_messages_actions_and_types_of_other_packages_are_carried_until_an_edited_definition_replaces_them(cache):
+    """In a live session: what it has loaded of the package goes."""
+    out = run(
+        f"""
+import sys
+from pathlib import Path
+from course.interfaces import build
+from course.session.live import Session
+build("edited", {FIRST!r}, cache=Path(sys.argv[1]))
+from rclpy.action import ActionServer
+from rclpy.node import Node
+from edited.msg import Pair
+from edited.srv import Swap
+from edited.action import Count
+session = Session()
+ActionServer(session.node, Count, "count", lambda goal: Count.Result())
+def count(request, response):
+    response.count = len(request.pairs)
+    return response
+session.node.create_service(Swap, "swap", count)
+class Asking(Node):
+    def __init__(self):
+        super().__init__("asking")
+        self.client = self.create_client(Swap, "swap")
+session.start(Asking)
+print(session.call("swap", Swap, pairs=[Pair(), Pair()]).count, Count.Feedback())
+build("edited", {EDITED!r}, cache=Path(sys.argv[1]))
+from edited.srv import Swap
+def shout(request, response):
+    response.answer = request.question.upper()
+    return response
+session.node.create_service(Swap, "new", shout)
+print(session.call("new", Swap, question="why").answer, session.nodes())
+print(session.watch.notices()[0])
+session.close()
+""",
+        cache,
+    )
+    assert out.splitlines() == ["2 edited.action.Count_Feedback(seen=[])", "WHY []", ENDED]
 
 
 @pytest.mark.matrix  # the test of an edited definition would find the old build

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from nbgrader.api import Gradebook
 
+from autograder import cli
 from autograder.collecting.collect import collect
 from autograder.errors import UsageError
 from autograder.gradebook.book import Scores
@@ -264,7 +265,7 @@ def test_returning_again_replaces_what_was_made(submitted, tmp_path):
     assert len(pages(out / "returned" / "services-moodle.zip")) == 2
 
 
-def test_the_command(submitted, tmp_path):
+def test_the_command(submitted, tmp_path, capsys):
     out = graded(submitted, tmp_path / "out", report("ada"), report("doejane"))
     ran = subprocess.run([AUTOGRADER, "return", out], capture_output=True, text=True, timeout=100)
     assert ran.returncode == 0, ran.stderr
@@ -273,9 +274,8 @@ def test_the_command(submitted, tmp_path):
         in ran.stdout
     )
     assert "2 pages returned; 0 not." in ran.stdout
-    some = subprocess.run([AUTOGRADER, "return", out, "--for", "canvas"], capture_output=True, text=True, timeout=100)
-    assert some.returncode == 1
-    assert "ada/services: it did not come from Canvas" in some.stdout
+    assert cli.app(["return", str(out), "--for", "canvas"], standalone_mode=False) == 1
+    assert "ada/services: it did not come from Canvas" in capsys.readouterr().out
 
 
 def test_of_some_students_no_other_is_said_to_be_without_a_page(submitted, tmp_path):
@@ -284,14 +284,15 @@ def test_of_some_students_no_other_is_said_to_be_without_a_page(submitted, tmp_p
     assert (result.ungraded, result.nothing) == ([], [])
 
 
-def test_the_copy_of_a_course_is_told_whose_submissions_are_meant(submitted, tmp_path):
+def test_the_copy_of_a_course_is_told_whose_submissions_are_meant(submitted, tmp_path, capsys):
     out = graded(submitted, submitted.parent / "out", report("ada"))
     copy = shutil.copytree(submitted.parent, tmp_path.parent / f"{tmp_path.name}-copy")
-    command = [AUTOGRADER, "return", "--no-gradebook"]
-    told = [subprocess.run([*command, each / out.name], capture_output=True, text=True) for each in (out.parent, copy)]
-    assert [each.returncode for each in told] == [0, 0]
-    assert told[0].stderr == ""
-    assert "was graded from" in told[1].stderr and "was the course's folder copied or moved?" in told[1].stderr
+    told = []
+    for each in (out.parent, copy):
+        assert not cli.app(["return", "--no-gradebook", str(each / out.name)], standalone_mode=False)
+        told.append(capsys.readouterr().err)
+    assert told[0] == ""
+    assert "was graded from" in told[1] and "was the course's folder copied or moved?" in told[1]
 
 
 def test_a_wrong_call_is_a_line(tmp_path):
@@ -333,18 +334,18 @@ def test_one_return_at_a_time(submitted, tmp_path):
     assert give_back(out, out / "returned", changed=True).changed == ["ada/services"]
 
 
-def test_a_mark_by_hand_is_a_change_and_the_command_uses_a_folder_of_its_own(submitted, tmp_path):
+def test_a_mark_by_hand_is_a_change_and_the_command_uses_a_folder_of_its_own(submitted, tmp_path, capsys):
     out = graded(submitted, tmp_path / "out", report("ada"), report("Jim_Roe"))
     url = f"sqlite:///{out / 'gradebook.db'}"
     with Scores(url, submitted) as scores:
         scores.write(report("ada"))
         scores.write(report("Jim_Roe"))
-    command = [AUTOGRADER, "return", str(out), "--changed"]
-    first = subprocess.run(command, capture_output=True, text=True)
-    assert first.returncode == 0 and "2 pages returned" in first.stdout
+    command = ["return", str(out), "--changed"]
+    assert not cli.app(command, standalone_mode=False) and "2 pages returned" in capsys.readouterr().out
     with Gradebook(url) as book:
         book.find_grade("relay", "services", "services", "ada").manual_score = 4.0
         book.db.commit()
-    second = subprocess.run(command, capture_output=True, text=True)
-    assert "Changed since the last return: ada/services" in second.stdout and "1 page returned" in second.stdout
+    assert not cli.app(command, standalone_mode=False)
+    second = capsys.readouterr().out
+    assert "Changed since the last return: ada/services" in second and "1 page returned" in second
     assert [path.name for path in (out / "returned" / "changed-2").iterdir()] == ["ada-services-feedback.html"]

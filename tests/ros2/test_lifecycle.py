@@ -29,13 +29,13 @@ executor.spin()
 
 
 @pytest.fixture(scope="module")
-def ros2(environment) -> Command:
+def ros2(environment, loaded) -> Command:
     """The command beside two nodes with a lifecycle and one without."""
     claim, domain = claim_domain()
     variables = {**environment, "ROS_DOMAIN_ID": str(domain)}
     child = subprocess.Popen([sys.executable, "-c", NODES], stdout=subprocess.PIPE, text=True, env=variables)
     assert child.stdout.readline() == "ready\n"
-    yield Command(variables)
+    yield Command(variables, loaded)
     child.kill()
     child.communicate()
     claim.close()

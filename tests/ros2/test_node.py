@@ -88,7 +88,7 @@ def twins(environment):
 
 def test_list_in_a_domain_whose_ports_cannot_be_counted(alone):
     """From domain 101 on it waits as long as ros2cli does."""
-    high = Command({**alone.environment, "ROS_DOMAIN_ID": "101"})
+    high = Command({**alone.environment, "ROS_DOMAIN_ID": "101"}, alone.loaded)
     with twins(high.environment):
         assert high.output("node", "list", "-c") == "2\n"
 

@@ -182,7 +182,7 @@ def test_a_program_that_has_ended_and_never_served_the_name_is_not_blamed(ros2, 
     domain, pid = int(ros2.environment["ROS_DOMAIN_ID"]), os.getpid()
     record = registry.SessionRecord(pid, domain, "", 0.0, birth(pid), [node])
     registry.write(record)
-    here = Command(ros2.environment | {"XDG_RUNTIME_DIR": str(tmp_path)})
+    here = Command(ros2.environment | {"XDG_RUNTIME_DIR": str(tmp_path)}, ros2.loaded)
     said = waiting_line(here.start("service", "call", name, "std_srvs/srv/Trigger"))
     assert said.startswith("still waiting; ") and "/add_two_ints" in said
     registry.write(replace(record, nodes=[replace(node, makes=["~/add_too_ints"])]))
