@@ -6,10 +6,7 @@ Without names it only sets up the course folder.
 import sys
 from pathlib import Path
 
-from nbgrader.apps import NbGrader, NbGraderAPI
-
 from autograder.errors import UsageError
-from autograder.gradebook import database
 from autograder.gradebook.release import release, set_up
 
 
@@ -18,6 +15,10 @@ def main(course: Path, names: list[str]) -> None:
     if not names:
         set_up(course)
         return
+    from nbgrader.apps import NbGrader, NbGraderAPI  # takes most of the time of setting up
+
+    from autograder.gradebook import database
+
     try:
         release(course, names)
     except UsageError as error:

@@ -5,7 +5,7 @@ import requests
 
 from autograder.classroom import accounts, attempts, hub
 from autograder.classroom.attempts import EVERYWHERE, FREE, FREE_TOGETHER, LONGEST, MOST, Attempts
-from tests.classroom.conftest import run_classroom
+from tests.classroom.conftest import call_classroom, run_classroom
 from tests.classroom.visitor import Visitor
 
 
@@ -140,5 +140,5 @@ def test_a_cookie_that_was_kept_is_good_for_nothing_after_logging_out(classroom)
 
 
 def test_nobody_else_can_be_unlocked(classroom):
-    done = run_classroom("unlock", "eve", "--folder", str(classroom.folder))
+    done = call_classroom("unlock", "eve", "--folder", str(classroom.folder))
     assert done.returncode == 2 and done.stderr == "classroom: eve is not in the class\n"

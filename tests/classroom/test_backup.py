@@ -19,7 +19,7 @@ import pytest
 from autograder.classroom import accounts, backup
 from autograder.classroom.plan import SETTINGS, Classroom
 from autograder.errors import ClassroomError, UsageError
-from tests.classroom.conftest import ROSTER, run_classroom
+from tests.classroom.conftest import ROSTER, call_classroom, run_classroom
 from tests.classroom.test_homes import TURN
 from tests.classroom.visitor import Visitor
 from tests.ports import free_port
@@ -225,5 +225,5 @@ def test_the_settings_of_an_older_version_are_taken_up_and_those_of_a_newer_one_
 
 
 def test_without_a_class_up_asks_for_a_roster(able, tmp_path):
-    done = run_classroom("up", "--folder", str(tmp_path / "class"))
+    done = call_classroom("up", "--folder", str(tmp_path / "class"))
     assert done.returncode == 2 and "there is no class in" in done.stderr and "give --roster" in done.stderr

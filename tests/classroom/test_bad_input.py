@@ -12,7 +12,7 @@ import typer
 
 from autograder.classroom import cli, hub, members
 from autograder.errors import UsageError
-from tests.classroom.conftest import COMMAND, ROSTER, run_classroom
+from tests.classroom.conftest import COMMAND, ROSTER, call_classroom, run_classroom
 from tests.ports import free_port
 
 WRONG = {
@@ -73,7 +73,7 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
     ],
 )
 def test_a_wrong_option(arguments, tmp_path, more, said):
-    done = run_classroom(*arguments, *more)
+    done = call_classroom(*arguments, *more)
     assert done.returncode == 2 and said in done.stderr
     assert len(done.stderr.splitlines()) == 1 and not (tmp_path / "class").exists()
 
@@ -83,7 +83,7 @@ def test_a_port_that_is_in_use(arguments, tmp_path):
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = taken.getsockname()[1]
-        done = run_classroom(*arguments, "--port", str(port))
+        done = call_classroom(*arguments, "--port", str(port))
     assert done.returncode == 2 and f"port {port} is in use" in done.stderr
     assert not (tmp_path / "class").exists()
 
@@ -120,7 +120,7 @@ def test_without_the_nodejs_that_is_installed_with_the_course(able, tmp_path, mo
 
 
 def test_a_user_of_somebody_else_is_not_taken(arguments):
-    done = run_classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
+    done = call_classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
     assert done.returncode == 2
     assert "the Unix user daemon exists, and this classroom did not make it" in done.stderr
 
@@ -144,5 +144,5 @@ def test_status_of_a_class_that_is_down_says_so(quiet, capsys):
 
 def test_status_and_down_where_there_is_no_classroom(able, tmp_path):
     for command in ("status", "down"):
-        done = run_classroom(command, "--folder", str(tmp_path))
+        done = call_classroom(command, "--folder", str(tmp_path))
         assert done.returncode == 2 and f"there is no classroom in {tmp_path}" in done.stderr

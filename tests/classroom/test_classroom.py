@@ -16,7 +16,7 @@ from autograder.classroom import accounts, hub, servers
 from autograder.classroom.box import NEVER
 from autograder.paths import repository
 from course.foundation.waiting import wait_until
-from tests.classroom.conftest import DATED, run_classroom
+from tests.classroom.conftest import DATED, call_classroom, run_classroom
 from tests.classroom.visitor import Visitor
 
 SOLUTION = repository() / "solutions" / "calculator"
@@ -119,7 +119,7 @@ def test_an_exercise_is_released_at_its_date(classroom):
     """The command has only written its date down: the hub releases it."""
     notebook = classroom.home(classroom.find("ada")) / "notebooks" / DATED / f"{DATED}.ipynb"
     assert wait_until(notebook.exists, 300, alert=False)
-    status = run_classroom("status", "--folder", str(classroom.folder)).stdout
+    status = call_classroom("status", "--folder", str(classroom.folder)).stdout
     assert [line.split()[1] for line in status.splitlines() if line.split()[:1] == [DATED]] == ["released"]
     assert "Released ai_integration, at its date." in (classroom.state / hub.LOG).read_text()
 
@@ -143,7 +143,7 @@ def test_when_the_hub_is_killed_work_goes_on_and_up_finds_it_again(up, classroom
     live.visitor = later
     live.connect()
     assert live.run("print(kept)").text == "17\n"
-    assert run_classroom("status", "--folder", str(classroom.folder)).returncode == 0
+    assert call_classroom("status", "--folder", str(classroom.folder)).returncode == 0
 
 
 def test_a_server_is_limited(classroom, ada, kernel):
@@ -159,7 +159,7 @@ def test_a_server_is_limited(classroom, ada, kernel):
 
 def test_status_tells_who_has_most_on_the_disk(classroom, ada, kernel):
     assert kernel(ada).run(f"open('large', 'wb').write(bytes({60 << 20}))").error == ""
-    said = run_classroom("status", "--folder", str(classroom.folder)).stdout
+    said = call_classroom("status", "--folder", str(classroom.folder)).stdout
     assert kernel(ada).run("import os; os.remove('large')").error == ""
     assert re.search(r"GiB are free\. Most: ada [67]\d MiB, \w+ \d+ MiB, ", said), said
 

@@ -14,7 +14,7 @@ from tornado.web import Application, HTTPError, RequestHandler
 
 from autograder.classroom import authenticators, hub_server, log_keeper
 from course.foundation.waiting import wait_until
-from tests.classroom.conftest import run_apart, run_classroom
+from tests.classroom.conftest import call_classroom, run_apart
 
 STRANGER = 61001  # a user that this machine does not have
 # Opens connections and holds them, as many as it is told, until it is told to go; says how many were taken.
@@ -340,4 +340,4 @@ def test_a_member_who_holds_the_hubs_connections_keeps_nobody_out(classroom, ada
     live.run("for one in held: one.close()")
     ask = ASK.format(path=str(classroom.hub_socket), target="/hub/login")
     assert wait_until(lambda: "404 Not Found" in live.run(ask).text, 60.0)  # there is room again, and no page to log in
-    assert run_classroom("status", "--folder", str(classroom.folder)).returncode == 0
+    assert call_classroom("status", "--folder", str(classroom.folder)).returncode == 0

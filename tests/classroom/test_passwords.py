@@ -8,7 +8,7 @@ from pathlib import Path
 
 from autograder.classroom import accounts, hub
 from autograder.classroom.plan import Classroom
-from tests.classroom.conftest import run_classroom
+from tests.classroom.conftest import call_classroom, run_classroom
 
 
 def hashes(classroom: Classroom) -> dict[str, str]:
@@ -60,7 +60,7 @@ def test_one_password_is_set_anew_on_purpose(quiet):
     assert "The new password of ada is in the last line of" in done.stdout
     last = (classroom.state / accounts.PASSWORDS).read_text().splitlines()[-1]
     assert last.startswith("ada,") and last.partition(",")[2] not in done.stdout
-    wrong = run_classroom("password", "eve", "--folder", str(classroom.folder))
+    wrong = call_classroom("password", "eve", "--folder", str(classroom.folder))
     assert wrong.returncode == 2 and "eve is not in the class" in wrong.stderr
 
 
@@ -77,7 +77,7 @@ def test_a_proxy_that_a_killed_hub_left_behind_is_taken_up(quiet, tmp_path):
             assert left.stdout.readline()
             hub.proxy_pid(classroom).write_text(str(left.pid))
             try:
-                done = run_classroom(*arguments)
+                done = call_classroom(*arguments)
                 assert done.returncode == code, done.stderr
                 assert hub.left(classroom) is (code == 0)
                 if code:

@@ -16,7 +16,7 @@ from autograder.classroom import accounts, assignments, calendar, course_files, 
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
 from autograder.errors import ClassroomError, UsageError
 from autograder.gradebook import ends, extensions
-from tests.classroom.conftest import run_classroom
+from tests.classroom.conftest import call_classroom
 
 NOW = datetime.now(UTC).replace(microsecond=0)
 DAY = timedelta(days=1)
@@ -48,7 +48,7 @@ def row(classroom, name: str) -> tuple[int, int, int]:
 
 
 def release(classroom, *arguments: str) -> subprocess.CompletedProcess[str]:
-    return run_classroom("release", *arguments, "--folder", str(classroom.folder))
+    return call_classroom("release", *arguments, "--folder", str(classroom.folder))
 
 
 def has(classroom, name: str) -> bool:
@@ -123,8 +123,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     impossible.rmdir()
     with moved_about(classroom, inbound):
         assert all(row(classroom, "parameters") == (1, 1, 1) for _ in range(8))
-    extensions.change(classroom.grading, ["bob"], "parameters", None)
-    deadlines.publish(classroom)
+    extensions.change(classroom.grading, ["bob"], "parameters", None)  # which the next release tells
     with Gradebook(f"sqlite:///{classroom.grading / 'gradebook.db'}") as book:
         assert book.find_assignment("parameters").duedate == (NOW + 2 * DAY).replace(tzinfo=None, second=0)
         assert {one.id for one in book.students} == {"ada", "bob"}
@@ -156,7 +155,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     assert "parameters" not in ends.read(classroom.grading)
     told = json.loads((classroom.exchange / "ros2/dates/bob.json").read_text())["parameters"]
     assert {*told} == {"due"}
-    status = run_classroom("status", "--folder", str(classroom.folder))
+    status = call_classroom("status", "--folder", str(classroom.folder))
     lines = {line.split()[0]: line for line in status.stdout.splitlines() if line.startswith("  ")}
     assert "draft" in lines["services"] and f"due {said(NOW + 2 * DAY)}" in lines["parameters"]
 
