@@ -31,9 +31,20 @@ def names(one, wanted, seconds):
 """
 
 
-@pytest.fixture
-def kernels(ada, bob, kernel):
-    return kernel(ada), kernel(bob)
+@pytest.fixture(scope="module")
+def kernels(ada, bob):
+    """A kernel of each, for all tries together."""
+    both = ada.kernel(), bob.kernel()
+    yield both
+    for each in both:
+        each.close()
+
+
+@pytest.fixture(scope="module")
+def walked(kernels):
+    """Ada's kernel, in which `walked` has each folder that she sees, with what is in it."""
+    assert kernels[0].run("import os; walked = list(os.walk('/'))").error == ""
+    return kernels[0]
 
 
 def test_nodes_in_the_same_ros_domain_do_not_meet(kernels):
@@ -67,7 +78,7 @@ with socket.socket(socket.AF_UNIX) as trying:
     assert seen[:2] == ["[False,", "False]"] and seen[2] != "0"
 
 
-def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(kernels, classroom):
+def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(walked, classroom):
     secret = [paths.HIDDEN, paths.PACKAGE, paths.repository() / "solutions", paths.repository() / "tests"]
     secret += [
         paths.repository() / "notebooks",
@@ -81,19 +92,18 @@ def test_files_of_others_of_the_grader_and_of_the_hub_are_not_there(kernels, cla
     seen = [paths.repository(), Path(sys.prefix)]
     wanted += [str(path) for path in Path("/root").iterdir() if not any(each.is_relative_to(path) for each in seen)]
     look = f"import os; print([path for path in {wanted!r} + ['/home/ada'] if os.path.exists(path)])"
-    assert kernels[0].run(look).text == "['/home/ada']\n"
-    search = "import os; print([at for at, _, names in os.walk('/') if 'suite.py' in names and 'hidden' in at])"
-    assert kernels[0].run(search).text == "[]\n"
+    assert walked.run(look).text == "['/home/ada']\n"
+    search = "print([at for at, _, names in walked if 'suite.py' in names and 'hidden' in at])"
+    assert walked.run(search).text == "[]\n"
 
 
-def test_a_student_can_write_only_at_home_and_where_it_is_handed_in(kernels):
+def test_a_student_can_write_only_at_home_and_where_it_is_handed_in(walked):
     find = """
-import os
-folders = {os.path.join(at, name) for at, names, _ in os.walk("/") for name in names}
+folders = {os.path.join(at, name) for at, names, _ in walked for name in names}
 own = ("/proc", "/home/ada", "/tmp", "/dev")
 print(sorted(at for at in folders if os.access(at, os.W_OK) and not at.startswith(own)))
 """
-    assert kernels[0].run(find).text == f"['/srv/exchange/{COURSE_ID}/inbound']\n"
+    assert walked.run(find).text == f"['/srv/exchange/{COURSE_ID}/inbound']\n"
 
 
 def test_processes_and_kernels_of_others_are_out_of_reach(ada, bob, kernels):

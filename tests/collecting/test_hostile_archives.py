@@ -4,7 +4,6 @@ import contextlib
 import io
 import os
 import struct
-import subprocess
 import sys
 import tracemalloc
 import zipfile
@@ -13,6 +12,8 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 
+import autograder.cli
+import course.cli
 from autograder.collecting.archives import MAX_STUDENT
 from autograder.collecting.bundles import unpacked
 from autograder.collecting.collect import collect, describe
@@ -23,9 +24,8 @@ from course.errors import FeedbackError
 from course.foundation import untrusted
 from course.returned import pages
 
-from .test_collect import AUTOGRADER, EARLY, FILES, LATER, archive, counted, handed_in, laid_out
+from .test_collect import EARLY, FILES, LATER, archive, counted, handed_in, laid_out
 
-COURSE = str(Path(sys.executable).with_name("course"))
 MB = 1_000_000
 TABLE, LOCAL, END = b"PK\x01\x02", b"PK\x03\x04", b"PK\x05\x06"  # how the parts of a zip archive begin
 
@@ -267,25 +267,29 @@ def test_feedback_takes_nothing_for_a_page_that_is_none(tmp_path, name, read_byt
     assert sum(read_bytes) <= pages.LARGEST_ARCHIVE
 
 
-def test_the_commands_end_with_one_line_and_write_nothing(tmp_path):
+def test_the_commands_end_with_one_line_and_write_nothing(tmp_path, capsys, monkeypatch):
     """As a person types them; what a name would do to the terminal is shown instead."""
     (tmp_path / "bomb.zip").write_bytes(HOSTILE["a bomb in archives"][0]())
     (tmp_path / "\x1b]0;owned\x07.zip").write_bytes(HOSTILE["a link"][0]())
     (tmp_path / "page.zip").write_bytes(of_pages(HOSTILE["a bomb"][0]()))
     before = sorted(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
     for path in before:
-        for command, status in (
-            ([AUTOGRADER, "check", path, "--assignment", "services"], 2),
-            ([COURSE, "feedback", path], 1),
+        for main, words, status in (
+            (autograder.cli.main, ["autograder", "check", str(path), "--assignment", "services"], 2),
+            (course.cli.main, ["course", "feedback", str(path)], 1),
         ):
-            ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
-            assert ran.returncode == status
-            assert (ran.stdout, len(ran.stderr.splitlines())) == ("", 1)
-            assert "\x1b" not in ran.stderr and "\x07" not in ran.stderr
-            assert ("more than 50 MB" in ran.stderr) == (
+            monkeypatch.setattr(sys, "argv", words)
+            with pytest.raises(SystemExit) as ended:
+                main()
+            ran = capsys.readouterr()
+            assert ended.value.code == status
+            assert (ran.out, len(ran.err.splitlines())) == ("", 1)
+            assert "\x1b" not in ran.err and "\x07" not in ran.err
+            assert ("more than 50 MB" in ran.err) == (
                 path.name == "page.zip" or (path.name == "bomb.zip" and status == 2)
             )
-            assert ".zip" in ran.stderr and "Traceback" not in ran.stderr
+            assert ".zip" in ran.err and "Traceback" not in ran.err
     assert sorted(tmp_path.iterdir()) == before
 
 

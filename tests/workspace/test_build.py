@@ -199,7 +199,8 @@ def test_a_build_says_no_warning_and_symlinks_let_an_edit_count_at_once(tutorial
 
 @pytest.mark.timeout(600)
 def test_colcon_test_runs_the_packages_tests_and_tells_which_fail(tutorial, shell):
-    assert colcon(tutorial, shell).returncode == 0
+    if not (tutorial / "install/my_package").exists():  # the test above has built it
+        assert colcon(tutorial, shell).returncode == 0
     tests = tutorial / "src/my_package/test"
     (tests / "test_sum.py").write_text(
         "def test_right():\n    assert 2 + 2 == 4\n\n\ndef test_sum():\n    assert 2 + 2 == 5\n"
