@@ -1,5 +1,6 @@
 """Live nodes in a ROS domain of their own, and a way to run the command against them as a reader does."""
 
+import contextlib
 import json
 import os
 import select
@@ -25,6 +26,55 @@ HERE = Path(__file__).parent
 SECONDS = 60  # s until a command that should have ended is killed
 
 
+class Forked:
+    """A command line in a fork of `Loaded`, used as a `subprocess.Popen`."""
+
+    def __init__(self, words: Sequence[str], report: int, stdout: int, stderr: int) -> None:
+        self.args, self.returncode = words, None
+        self.stdout, self.stderr = os.fdopen(stdout), os.fdopen(stderr)
+        self.report = os.fdopen(report, "rb", buffering=0)
+        self.pid = int(self.report.readline())
+
+    def wait(self, timeout: float = SECONDS) -> int:
+        """Return its status, once it has ended."""
+        if self.returncode is None:
+            if not select.select([self.report], [], [], timeout)[0]:
+                raise subprocess.TimeoutExpired(self.args, timeout)
+            with self.report:
+                self.returncode = int(self.report.readline())
+        return self.returncode
+
+    def poll(self) -> int | None:
+        """Return its status if it has ended."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            return self.wait(0)
+        return None
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, if it runs."""
+        if self.poll() is None:
+            os.kill(self.pid, number)
+
+    def terminate(self) -> None:
+        """Ask it to end."""
+        self.send_signal(signal.SIGTERM)
+
+    def kill(self) -> None:
+        """End it."""
+        self.send_signal(signal.SIGKILL)
+
+    def communicate(self, timeout: float = SECONDS) -> tuple[str, str]:
+        """Return the rest of what it says, up to its end."""
+        with self.stdout, self.stderr, ThreadPoolExecutor(2) as pool:
+            said = [pool.submit(stream.read) for stream in (self.stdout, self.stderr)]
+            try:
+                self.wait(timeout)
+            except subprocess.TimeoutExpired:
+                self.kill()
+                raise
+            return said[0].result(), said[1].result()
+
+
 class Loaded:
     """The process of `loaded.py`, whose forks run command lines: what takes longest is loaded once for all of them."""
 
@@ -35,28 +85,20 @@ class Loaded:
             program = [sys.executable, str(HERE / "loaded.py"), str(theirs.fileno())]
             self.process = subprocess.Popen(program, pass_fds=[theirs.fileno()], env=environment, cwd=HERE.parents[1])
 
-    def run(
-        self, words: Sequence[str], stdin: str, folder: Path | str, environment: Mapping[str, str]
-    ) -> subprocess.CompletedProcess:
-        """Run a command line to its end, as `subprocess.run` does."""
-        request = json.dumps({"words": words, "folder": str(folder), "variables": environment})
-        with tempfile.TemporaryFile() as given, tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
+    def start(
+        self, words: Sequence[str], stdin: str, folder: Path | str | None, environment: Mapping[str, str]
+    ) -> Forked:
+        """Start a command line."""
+        request = json.dumps({"words": words, "folder": str(folder or Path.cwd()), "variables": environment})
+        pipes = [os.pipe() for _ in range(3)]
+        with tempfile.TemporaryFile() as given:
             given.write(stdin.encode())
             given.seek(0)
-            reading, writing = os.pipe()
-            with open(reading) as report:
-                streams = [stream.fileno() for stream in (given, out, errors)]
-                socket.send_fds(self.control, [request.encode()], [*streams, writing])
-                os.close(writing)
-                child = int(report.readline())
-                ended = select.select([report], [], [], SECONDS)[0]
-                if not ended:
-                    os.kill(child, signal.SIGKILL)
-                status = int(report.readline())
-            said = [stream.seek(0) or stream.read().decode() for stream in (out, errors)]
-        if not ended:
-            raise subprocess.TimeoutExpired(words, SECONDS, *said)
-        return subprocess.CompletedProcess(words, status, *said)
+            (report, told), (stdout, said), (stderr, erred) = pipes
+            socket.send_fds(self.control, [request.encode()], [given.fileno(), said, erred, told])
+        for _, writing in pipes:
+            os.close(writing)
+        return Forked(words, report, stdout, stderr)
 
     def close(self) -> None:
         """End it."""
@@ -78,14 +120,22 @@ class Command:
 
     def __call__(self, *words: str, stdin: str = "", cwd=None, **environment: str) -> subprocess.CompletedProcess:
         """Run it to its end."""
-        variables, verb = {**self.environment, **environment}, words[:2]
-        if self.loaded and verb in self.loaded.started and not any(name.startswith("PYTHON") for name in environment):
-            return self.loaded.run(self.words(*words), stdin, cwd or Path.cwd(), variables)
-        if self.loaded:
-            self.loaded.started.add(verb)
+        variables = {**self.environment, **environment}
+        if self._forks(words, environment):
+            child = self.loaded.start(self.words(*words), stdin, cwd, variables)
+            said = child.communicate()
+            return subprocess.CompletedProcess(child.args, child.returncode, *said)
         return subprocess.run(
             self.words(*words), input=stdin, capture_output=True, text=True, timeout=SECONDS, cwd=cwd, env=variables
         )
+
+    def _forks(self, words: Sequence[str], environment: Mapping[str, str]) -> bool:
+        """Return True if this is not the first of its verb; what Python reads at its start is for a program."""
+        if not self.loaded or any(name.startswith("PYTHON") for name in environment):
+            return False
+        before = words[:2] in self.loaded.started
+        self.loaded.started.add(words[:2])
+        return before
 
     def output(self, *words: str, **more) -> str:
         """Run it; return its output, which must be all that it says."""
@@ -104,8 +154,10 @@ class Command:
         assert [(done.returncode, done.stderr) for done in ran] == [(0, "")] * len(ran), ran
         return [done.stdout for done in ran]
 
-    def start(self, *words: str, cwd=None) -> subprocess.Popen:
+    def start(self, *words: str, cwd=None) -> subprocess.Popen | Forked:
         """Start it."""
+        if self._forks(words, {}):
+            return self.loaded.start(self.words(*words), "", cwd, self.environment)
         return subprocess.Popen(
             self.words(*words),
             stdin=subprocess.DEVNULL,

@@ -35,7 +35,8 @@ def serve(control: socket.socket) -> None:
             if not message:
                 os._exit(0)
             if not (child := tracing.fork()):
-                control.close()
+                for opened in (control.detach(), *running, *(report for _, report in running.values())):
+                    os.close(opened)
                 become(json.loads(message), descriptors)
                 tracing.begin()
                 return
