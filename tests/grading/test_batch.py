@@ -15,7 +15,7 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder.errors import ClusterError, UsageError
-from autograder.grading import cluster, installed_code
+from autograder.grading import installed_code
 from autograder.paths import COURSE, PACKAGE
 from autograder.results import output
 from autograder.submissions import exercises, listing
@@ -351,6 +351,8 @@ def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
 
 
 def test_the_code_of_workers_is_compared(tmp_path):
+    from autograder.grading import cluster  # Dask, which no worker of pytest need load for another's tests
+
     mine = installed_code.digests()
     assert {"autograder/grading/launcher.py", "course/discovery.xml", "course/session/live.py"} <= mine.keys()
     assert not [name for name in mine if "__pycache__" in name or "hidden" in name]
