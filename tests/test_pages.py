@@ -259,6 +259,7 @@ from std_srvs.srv import SetBool, Trigger
 
 ros = course.live()
 """
+NEXT = "--- the next one\n"
 FAULTS = {
     "an alarm": {"self.ringing or ": "", "not self.there_is_smoke": "True"},
     "two questions": {
@@ -277,15 +278,14 @@ FAULTS = {
 def test_a_small_exercise_accepts_its_solution_and_says_what_is_wrong_with_the_stub(
     tmp_path, request, stub, check, solution
 ):
-    def run(own: str) -> str:
-        script = f"{IMPORTS}\n{own}\n{check}\nros.stop()"
-        done = subprocess.run(
-            [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True
-        )
-        return done.stdout
-
-    assert "as asked" in run(solution)
-    assert "must be" in run(stub)
-    for fault, instead in FAULTS[request.node.callspec.id].items():
-        assert fault in solution
-        assert "must be" in run(solution.replace(fault, instead))
+    faults = FAULTS[request.node.callspec.id]
+    assert all(fault in solution for fault in faults)
+    tried = [solution, stub, *(solution.replace(*each) for each in faults.items())]
+    runs = [f"{own}\n{check}\nros.stop()" for own in tried]
+    script = f"{IMPORTS}\nfor run in {runs!r}:\n    exec(run, dict(globals()))\n    print({NEXT!r}, end='')"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True
+    )
+    right, *wrong = done.stdout.split(NEXT)[:-1]
+    assert "as asked" in right
+    assert len(wrong) == 1 + len(faults) and all("must be" in said for said in wrong), wrong
