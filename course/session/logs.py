@@ -49,9 +49,10 @@ class Entry:
 
 
 class Logged(bytes):
-    """A /rosout message, and the `mark` of the process that published it."""
+    """A /rosout message, the `mark` of the process that published it, and its entry once somebody has asked for it."""
 
     process = 0
+    entry: Entry | None = None
 
     @classmethod
     def of(cls, message: bytes, info: Mapping[str, Any]) -> "Logged":
@@ -131,7 +132,18 @@ def node_of_line(line: str) -> str | None:
 
 
 def entry_of(message: bytes) -> Entry:
-    """Return the entry of a /rosout message, which may be invalid, because anybody can publish there."""
+    """Return the entry of a /rosout message, which may be invalid, because anybody can publish there.
+
+    It is made once for each message: whoever waits for a line looks at all of them again and again.
+    """
+    if not isinstance(message, Logged):
+        return _made_of(message)
+    if message.entry is None:
+        message.entry = _made_of(message)
+    return message.entry
+
+
+def _made_of(message: bytes) -> Entry:
     process = process_of(message)
     if (log := decoded(message, Log)) is None:
         text = f"(published {len(message):,} bytes on /rosout that are not a log message)"

@@ -176,6 +176,11 @@ class NodeProcess:
             self._reader.join(1.0)
         return "".join(self._lines).rstrip("\n")
 
+    @property
+    def printed(self) -> int:
+        """Return the number of lines printed so far."""
+        return self._read_lines
+
     def printed_since(self, count: int) -> tuple[int, list[tuple[int, str]]]:
         """Return the number of lines printed so far, and the newest after the first `count`.
 

@@ -68,11 +68,20 @@ class SessionLogs:
         The wait is over when the file's program has ended: it prints nothing more.  Returns False without such a line.
         """
         program = self._handles.get(name or "")
-        return wait_until(
-            lambda: any(text in entry.text for entry in self.read(name)),
-            timeout,
-            unless=lambda: isinstance(program, NodeProcess) and program.ended,
-        )
+        seen: tuple[int, ...] = ()
+
+        def is_there() -> bool:
+            nonlocal seen
+            before, seen = seen, self._came()
+            return before != seen and any(text in entry.text for entry in self.read(name))
+
+        found = wait_until(is_there, timeout, unless=lambda: isinstance(program, NodeProcess) and program.ended)
+        return found or is_there()  # its last lines may have come since the last look
+
+    def _came(self) -> tuple[int, ...]:
+        """Return how much has been logged and printed so far: while this stays the same, `read` returns the same."""
+        programs = self._programs()
+        return self._book.count, *map(id, programs), *(each.printed + len(each.reports) for each in programs)
 
     def without(self, name: str | None, text: str) -> str:
         """Return a sentence on a log without a line with `text`: a line that is nearly the same, or a slow timer."""
