@@ -4,6 +4,7 @@ import linecache
 import sys
 import threading
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
@@ -35,6 +36,7 @@ class Spinner:
         self.errors: deque[BaseException] = deque(maxlen=KEPT)
         self.raised = 0  # exceptions so far, those included that are not kept any more
         self.reports: list[FailureReport] = []
+        self._made: dict[tuple[object, ...], FailureReport] = {}  # by what was raised and where
         self._stopping = False
         self._left: list[threading.Thread] = []  # in callbacks that had not returned when it was stopped
         self.executor = (
@@ -70,8 +72,19 @@ class Spinner:
         """Keep an exception of a callback for the reader, once for each place; `doing` describes the callback."""
         self.errors.append(error)
         self.raised += 1
+        self.tell(self._report(error, doing))
+
+    def _report(self, error: BaseException, doing: str) -> FailureReport:
+        """Return the report on an exception, made once for each place: a callback may raise it at each message."""
+        places = ((frame.f_code, line) for frame, line in traceback.walk_tb(error.__traceback__))
+        key = doing, *traceback.format_exception_only(error), *places
+        if key in self._made:
+            return self._made[key]
         cell = next(filter(None, map(cell_of, type(self.node).__mro__)), "")
-        self.tell(of_exception(self._who, error, self._service_callbacks(), doing, cell))
+        report = of_exception(self._who, error, self._service_callbacks(), doing, cell)
+        if len(self._made) < REPORTS:
+            self._made[key] = report
+        return report
 
     def tell(self, report: FailureReport) -> None:
         """Keep a report for the reader, once for each place."""
