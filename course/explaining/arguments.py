@@ -26,6 +26,7 @@ from course.explaining.source import (
     service_callbacks,
     without_self,
 )
+from course.foundation.syntax import walk
 
 # The methods that make a node's endpoints, the position of the name among the arguments, and a correct call.
 MAKERS = {
@@ -141,7 +142,7 @@ BY_NAME = {"create_service": 3, "create_client": 2, "create_publisher": 3, "crea
 def _by_name(maker: str, source: str) -> str:
     """Return the hint on an argument of `maker` that must have a name."""
     tree = parse(source)
-    made = [node for node in ast.walk(tree) if isinstance(node, ast.Assign)]
+    made = [node for node in walk(tree) if isinstance(node, ast.Assign)]
     names = {ast.unparse(each) for node in made if _is_group(node.value) for each in node.targets}
     for call in calls(tree, maker):
         for given in call.args[BY_NAME[maker] :]:
@@ -180,7 +181,7 @@ def lambda_arguments(found: re.Match[str], source: str) -> str:
         for maker, (place, name, takes) in OF_LAMBDAS.items()
         for call in calls(tree, maker)
     ]
-    words = (node for node in ast.walk(tree) if isinstance(node, ast.keyword) and node.arg in BY_KEYWORD)
+    words = (node for node in walk(tree) if isinstance(node, ast.keyword) and node.arg in BY_KEYWORD)
     given += [(str(each.arg), each.value, BY_KEYWORD[str(each.arg)]) for each in words]
     for what, each, takes in given:
         plain = isinstance(each, ast.Lambda) and not (each.args.vararg or each.args.defaults or each.args.kwonlyargs)
@@ -227,7 +228,7 @@ LEVELS = ("debug", "info", "warn", "warning", "error", "fatal")
 
 def self_behind_super(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `super().__init__(self, 'my_node')`."""
-    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+    for call in (node for node in walk(line_tree(code)) if isinstance(node, ast.Call)):
         behind = isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) == "super()"
         if behind and call.args and name_of(call.args[0]) == "self" and isinstance(call.args[0], ast.Name):
             given = [ast.unparse(each) for each in (*call.args[1:], *call.keywords)]
@@ -251,7 +252,7 @@ def node_without_quotes(found: re.Match[str], source: str, code: str) -> str:
     session = module.current() if module else None
     if session is None or "rclpy.init(" in source or found[1] not in session.node.get_node_names():
         return ""
-    given = [each for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call) for each in node.args]
+    given = [each for node in walk(line_tree(code)) if isinstance(node, ast.Call) for each in node.args]
     if not any(isinstance(each, ast.Name) and each.id == found[1] for each in given):
         return ""
     return f"The name of a node is a text, in quotation marks: `'{found[1]}'`."

@@ -16,6 +16,7 @@ from rclpy.client import Client
 
 from course.explaining.outline import serves
 from course.explaining.source import covers, is_cell, name_of, parse, text_at
+from course.foundation.syntax import walk
 
 IDLE = ("sleep", "print", "spin_once")  # calls in a loop that only waits
 ASKS = ("service_is_ready", "wait_for_service", "server_is_ready", "wait_for_server")  # methods of a client
@@ -52,7 +53,7 @@ def cell_loop(thread: int) -> CellLoop | None:
     if frame is None:
         return None
     tree = parse("".join(linecache.getlines(frame.f_code.co_filename)))
-    loops = [node for node in ast.walk(tree) if isinstance(node, ast.While) and not node.orelse]
+    loops = [node for node in walk(tree) if isinstance(node, ast.While) and not node.orelse]
     around = [node for node in loops if covers(node, frame.f_lineno)]
     for loop in around[-1:]:
         if (
@@ -83,7 +84,7 @@ def _only_waits(statement: ast.stmt) -> bool:
 
 def _client(test: ast.expr, frame: FrameType) -> Client | ActionClient | None:
     """Return the client that a condition asks whether its server is there, if a variable has it."""
-    for node in ast.walk(test):
+    for node in walk(test):
         if isinstance(node, ast.Attribute) and node.attr in ASKS and isinstance(node.value, ast.Name):
             client = frame.f_locals.get(node.value.id, frame.f_globals.get(node.value.id))
             if isinstance(client, (Client, ActionClient)):

@@ -5,13 +5,14 @@ import re
 from collections.abc import Iterator
 
 from course.explaining.source import calls, name_of, the_method_itself
+from course.foundation.syntax import walk
 
 OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
 
 
 def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield the conditions of a text that cannot be meant, each as its line and a sentence."""
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     own = {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))}
     own |= {name_of(node) for node in nodes if isinstance(getattr(node, "ctx", None), ast.Store)}
     sent = {
@@ -90,7 +91,7 @@ KEEPS_RADIANS = {"abs", "absolute", "arange", "array", "enumerate", "fabs", "flo
 def _radians_with_degrees(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield the first comparison of a function that compares angles of a scan, in radians, with a number of degrees."""
     for function in (each for each in nodes if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))):
-        inner = [*ast.walk(function)]
+        inner = [*walk(function)]
         code = [each for each in inner if not isinstance(getattr(each, "value", None), str)]  # without its texts
         words = [str(each.value) if isinstance(each, ast.Constant) else name_of(each) for each in code]
         words += [f"{each.arg}=" for each in inner if isinstance(each, ast.keyword)]
@@ -118,21 +119,21 @@ def _scales_by_pi(node: ast.AST) -> bool:
         return False
     parts = [name_of(each) in ("pi", "tau") for each in (node.left, node.right)]
     few = isinstance(node.op, ast.Mult) and any(isinstance(each, ast.Constant) for each in (node.left, node.right))
-    return any(name_of(each) in ("pi", "tau") for each in ast.walk(node)) and not (
+    return any(name_of(each) in ("pi", "tau") for each in walk(node)) and not (
         few and any(parts) and not _has_degrees(node)
     )
 
 
 def _is_angle(value: ast.expr, angles: set[str], function: ast.AST) -> bool:
     """Return True if an expression of a function is the angle of a beam, or has one of these variables, unscaled."""
-    nodes = [*ast.walk(value)]
-    counted = {id(each) for call in calls(value, "len") for each in ast.walk(call)}  # `len(angles)` is a number
+    nodes = [*walk(value)]
+    counted = {id(each) for call in calls(value, "len") for each in walk(call)}  # `len(angles)` is a number
     seen = [node for node in nodes if id(node) not in counted]
     found = any(isinstance(node, ast.Attribute) and node.attr == "angle_increment" for node in seen)
     found = found or any(isinstance(node, ast.Name) and node.id in angles for node in seen)
     called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
     products = [node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, SCALES)
-                and not {"pi", "tau"} & {*map(name_of, ast.walk(node))}]  # fmt: skip
+                and not {"pi", "tau"} & {*map(name_of, walk(node))}]  # fmt: skip
     scaled = not all(_of_a_beam(node, function) for node in products)
     other = any(isinstance(node, (ast.Compare, ast.Subscript, ast.Lambda)) for node in nodes)
     return found and called <= KEEPS_RADIANS and not scaled and not other
@@ -144,11 +145,11 @@ def _of_a_beam(product: ast.BinOp, function: ast.AST) -> bool:
     if not isinstance(product.op, ast.Mult) or not any(name_of(each) == "angle_increment" for each in factors):
         return False
     number = next((each for each in factors if name_of(each) != "angle_increment"), product.left)
-    loops = [node.target for node in ast.walk(function) if isinstance(node, (ast.For, ast.comprehension))]
-    counting = {each.id for target in loops for each in ast.walk(target) if isinstance(each, ast.Name)}
+    loops = [node.target for node in walk(function) if isinstance(node, (ast.For, ast.comprehension))]
+    counting = {each.id for target in loops for each in walk(target) if isinstance(each, ast.Name)}
     made = [
         node
-        for node in ast.walk(function)
+        for node in walk(function)
         if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) == "arange"
     ]
     counting |= {name_of(target) for node in made for target in node.targets}
@@ -158,7 +159,7 @@ def _of_a_beam(product: ast.BinOp, function: ast.AST) -> bool:
 
 
 def _has_degrees(value: ast.expr) -> bool:
-    numbers = [node.value for node in ast.walk(value) if isinstance(node, ast.Constant)]
+    numbers = [node.value for node in walk(value) if isinstance(node, ast.Constant)]
     return any(isinstance(number, (int, float)) and number >= DEGREES for number in numbers)
 
 

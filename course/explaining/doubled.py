@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterator
 
 from course.explaining.source import Function, argument, functions, functions_of, name_of
+from course.foundation.syntax import walk
 
 # By what makes it: the position and the name of the argument with its name, and what becomes of two.
 MADE = {
@@ -15,7 +16,7 @@ MADE = {
 
 def doubled(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     """Yield the line of the second of two such, and a sentence; `skipped` lines at the top are not part of a file."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         yield from _methods(cls, skipped)
     for function in functions(tree):
         yield from _made(function, skipped)

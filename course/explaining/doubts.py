@@ -26,6 +26,7 @@ from course.explaining.source import (
     wrong_cancel,
     wrong_range,
 )
+from course.foundation.syntax import walk
 
 LOCKS = ("Lock", "RLock")
 LEAVES = (ast.Break, ast.Continue, ast.Raise, ast.Return)
@@ -70,7 +71,7 @@ def long_limit(source: str, line: int) -> str:
     Also if the limit is the default of an argument of the function around it, which no call gives.
     """
     tree = parse(source)
-    for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call) and covers(node, line)):
+    for call in (node for node in walk(tree) if isinstance(node, ast.Call) and covers(node, line)):
         limit = next((each.value for each in call.keywords if each.arg == "timeout_sec"), None)
         if isinstance(limit, ast.Name):
             limit = _default(tree, line, limit.id)
@@ -87,7 +88,7 @@ def short_wait(source: str, least: float) -> tuple[int, float] | None:
     """
     tree = parse(source)
     waits = list(calls(tree, "wait_for_service"))
-    if len(waits) != 1 or any(isinstance(node, (ast.While, ast.For, ast.comprehension)) for node in ast.walk(tree)):
+    if len(waits) != 1 or any(isinstance(node, (ast.While, ast.For, ast.comprehension)) for node in walk(tree)):
         return None
     limit: ast.expr | None = argument(waits[0], 0, "timeout_sec")
     if isinstance(limit, ast.Name):
@@ -103,8 +104,8 @@ def short_result(source: str) -> tuple[int, float] | None:
     """
     tree = parse(source)
     for function in functions(tree):
-        made = [node for node in ast.walk(function) if isinstance(node, ast.Assign)]
-        if any(isinstance(node, (ast.While, ast.For)) for node in ast.walk(function)):
+        made = [node for node in walk(function) if isinstance(node, ast.Assign)]
+        if any(isinstance(node, (ast.While, ast.For)) for node in walk(function)):
             continue
         for call in calls(function, "spin_until_future_complete"):
             future, limit = argument(call, 1, "future"), argument(call, 3, "timeout_sec")
@@ -130,7 +131,7 @@ def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:
             return None
         for place, (each, value) in enumerate(zip(given, values, strict=True)):
             stored = any(isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
-                         for node in ast.walk(function))  # fmt: skip
+                         for node in walk(function))  # fmt: skip
             if each.arg == name and place >= most and not stored:
                 return value
     return None
@@ -160,7 +161,7 @@ def _ends_elsewhere(tree: ast.Module, function: Function) -> bool:
 
 def never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the calls of a lock's `acquire()` after which a way through the function never releases it."""
-    made = {each: node.value for node in ast.walk(tree) if isinstance(node, ast.Assign) for each in node.targets}
+    made = {each: node.value for node in walk(tree) if isinstance(node, ast.Assign) for each in node.targets}
     locks = {ast.unparse(each) for each, value in made.items()
              if isinstance(value, ast.Call) and name_of(value.func) in LOCKS}  # fmt: skip
     for function in functions(tree):
@@ -189,7 +190,7 @@ Above = dict[ast.AST, tuple[ast.AST, str]]  # what a node is part of, and in whi
 
 def _above(tree: ast.AST) -> Above:
     found: Above = {}
-    for node in ast.walk(tree):
+    for node in walk(tree):
         for field, value in ast.iter_fields(node):
             for child in value if isinstance(value, list) else [value]:
                 if isinstance(child, ast.AST):

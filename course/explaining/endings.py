@@ -15,6 +15,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
 )
+from course.foundation.syntax import walk
 
 ENDS = {"ABORTED": "abort", "CANCELED": "canceled", "SUCCEEDED": "succeed"}
 GOAL_CALLBACK, CANCEL_CALLBACK = (9, "goal_callback"), (10, "cancel_callback")  # of an ActionServer
@@ -63,7 +64,7 @@ def ended_twice(found: re.Match[str], source: str, code: str) -> str:
 def _in_a_loop(code: str, source: str) -> bool:
     """Return True if the line `code` stands in a loop."""
     lines = [number for number, line in enumerate(source.splitlines(), 1) if line.strip() == code.strip()]
-    loops = [each for each in ast.walk(parse(source)) if isinstance(each, (ast.For, ast.While))]
+    loops = [each for each in walk(parse(source)) if isinstance(each, (ast.For, ast.While))]
     return any(covers(loop, line) for loop in loops for line in lines)
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from course.explaining.source import WAITS, argument, calls, covers, exits, functions, name_of, parse, text_at
+from course.foundation.syntax import walk
 
 BLOCKING = ("call", "send_goal", "get_result", "cancel_goal")  # each has a twin that ends in `_async`
 # Methods that wait for a server, what creates their client, and the position and name of its argument with the name.
@@ -123,7 +124,7 @@ def _spins_on(thread: Sequence[Call]) -> bool:
 def _may_shut_down(source: str, path: Path) -> bool:
     """Return True if a function of a program, or a file beside it, may yet end what spins: a shutdown, an exception."""
     tree = parse(source)
-    raised = [node for each in functions(tree) if each.name != "main" for node in ast.walk(each)]
+    raised = [node for each in functions(tree) if each.name != "main" for node in walk(each)]
     return (
         any(next(calls(tree, name), None) for name in SHUT_DOWN)
         or any(isinstance(node, ast.Raise) for node in raised)
@@ -210,7 +211,7 @@ def _spins_without_limit(tree: ast.Module, line: int) -> bool:
             not each.arg for each in call.keywords
         )
         return argument(call, place, "timeout_sec") is None and not unpacked
-    loops = _on((node for node in ast.walk(tree) if isinstance(node, ast.While)), line)
+    loops = _on((node for node in walk(tree) if isinstance(node, ast.While)), line)
     once = any(True for _ in _on(calls(tree, "spin_once"), line))
     return once and any(map(_only_spins, loops))
 
@@ -223,12 +224,12 @@ def _only_spins(loop: ast.While) -> bool:
     """Return True if a loop spins, and ends only with a future: `while not future.done()`, `if future.done():`."""
     tests = [loop.test, *(each.test for each in loop.body if isinstance(each, ast.If))]
     rest = [each for each in loop.body if not isinstance(each, (ast.If, ast.Pass))]
-    called = {name_of(call.func) for test in tests for call in ast.walk(test) if isinstance(call, ast.Call)}
+    called = {name_of(call.func) for test in tests for call in walk(test) if isinstance(call, ast.Call)}
     spins = all(
         isinstance(each, ast.Expr) and isinstance(each.value, ast.Call) and name_of(each.value.func) == "spin_once"
         for each in rest
     )
-    plain = not any(isinstance(node, (ast.Compare, ast.NamedExpr)) for test in tests for node in ast.walk(test))
+    plain = not any(isinstance(node, (ast.Compare, ast.NamedExpr)) for test in tests for node in walk(test))
     return (
         spins
         and plain

@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator
 
 from course.explaining.source import assigned, calls, functions, inside, name_of, signed_number
+from course.foundation.syntax import walk
 
 LIMIT = re.compile(r"\boutput_(min|max)\b")
 LIMITED = re.compile(r"angular|effort|output|speed|turn")  # names of values that go no way around
@@ -17,7 +18,7 @@ def exchanged_limits(tree: ast.Module) -> Iterator[tuple[int, str]]:
     for scope in (tree, *functions(tree)):
         known = {} if scope is tree else _named_limits(scope)
         yield from _by_the_wrong_function(scope, known)
-        for node in ast.walk(scope):
+        for node in walk(scope):
             if isinstance(node, ast.If) and len(node.body) == 1:
                 yield from _set_to_the_other(node.test, node.body[0], known)
     for call in (each for name in OTHER for each in calls(tree, name)):
@@ -37,7 +38,7 @@ def _named_limits(function: ast.AST) -> dict[str, set[str]]:
 
 
 def _limits(value: ast.expr, known: dict[str, set[str]]) -> set[str]:
-    nested = any(isinstance(node, ast.Call) and name_of(node.func) in OTHER for node in ast.walk(value))
+    nested = any(isinstance(node, ast.Call) and name_of(node.func) in OTHER for node in walk(value))
     if isinstance(value, ast.Name) and value.id in known:
         return known[value.id]
     return set() if nested else {*LIMIT.findall(ast.unparse(value))}
@@ -52,7 +53,7 @@ def _by_the_wrong_function(scope: ast.AST, known: dict[str, set[str]]) -> Iterat
             if {limit} in kinds and {other} not in kinds:
                 side = "above the lower" if limit == "min" else "below the upper"
                 found[call] = f"`{ast.unparse(call)}` is never {side} limit. {HOW}"
-    inner = {each for call in found for each in ast.walk(call) if each is not call}
+    inner = {each for call in found for each in walk(call) if each is not call}
     yield from ((call.lineno, why) for call, why in found.items() if call not in inner)
 
 

@@ -50,6 +50,7 @@ from course.explaining.source import (
     wrong_return,
 )
 from course.explaining.wrong_forms import part_for_type
+from course.foundation.syntax import walk
 from course.ros.rclpy_internals import GoalFault, NoResult
 
 IN_A_CELL = (
@@ -320,7 +321,7 @@ def of_no_result(who: str, fault: NoResult) -> FailureReport:
     code = getattr(fault.callback, "__code__", None)
     if code and _is_own(code.co_filename):
         made = [each for each in functions(parse(text_of(fault.callback))) if each.name == code.co_name]
-        returns = [node for each in made for node in ast.walk(each) if isinstance(node, ast.Return) and node.value]
+        returns = [node for each in made for node in walk(each) if isinstance(node, ast.Return) and node.value]
         line = returns[0].lineno if len(returns) == 1 and fault.returned is not None else code.co_firstlineno
         text = linecache.getline(code.co_filename, line).strip()
         frames = (Frame(place_of(code.co_filename), line, "", text),)

@@ -22,6 +22,7 @@ from course.explaining.source import (
     the_method_itself,
     undecorated,
 )
+from course.foundation.syntax import walk
 from course.foundation.untrusted import read_regular
 
 
@@ -42,7 +43,7 @@ def no_value(found: re.Match[str], source: str, code: str) -> str:
 
 def _given(field: str, code: str) -> Iterator[ast.expr]:
     """Yield what a line gives to a field: `response.message = value`, `Float64(data=value)`."""
-    for node in ast.walk(line_tree(code)):
+    for node in walk(line_tree(code)):
         if isinstance(node, ast.Assign) and field in map(name_of, node.targets):
             yield node.value
         if isinstance(node, ast.keyword) and node.arg == field:
@@ -58,7 +59,7 @@ def _method(given: ast.expr, source: str) -> str:
 
 def _converted_in_vain(given: ast.expr, kind: str, source: str) -> str:
     """Return the hint on a conversion of what is given, whose result nothing keeps: `float(a), float(b)` alone."""
-    for node in (each for each in ast.walk(parse(source)) if isinstance(each, ast.Expr)):
+    for node in (each for each in walk(parse(source)) if isinstance(each, ast.Expr)):
         made = node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
         converted = [each.args[0] for each in made if isinstance(each, ast.Call) and _is_conversion(each, kind)]
         names = [ast.unparse(each) for each in converted]
@@ -84,7 +85,7 @@ def _message(given: ast.expr, source: str, code: str) -> str:
         for call in calls(tree, maker) if isinstance(given, ast.Name) else ():
             for function in named(tree, {name_of(argument(call, *CALLBACKS[maker]))}):
                 names = [each.arg for each in function.args.args if each.arg != "self"]
-                stored = [node for node in ast.walk(function) if isinstance(node, ast.Name) and node.id in names[place:]
+                stored = [node for node in walk(function) if isinstance(node, ast.Name) and node.id in names[place:]
                           and isinstance(node.ctx, ast.Store)]  # fmt: skip
                 if names[place:][:1] != [ast.unparse(given)] or stored or not _has_line(function, source, code):
                     continue
@@ -114,7 +115,7 @@ def _dict(given: ast.expr, source: str, code: str) -> str:
 def _key(given: ast.expr, source: str, code: str) -> str:
     """Return the hint on a key of a dict in the place of its value: `linear, angular = action`."""
     around = [each for each in functions(parse(source)) if _has_line(each, source, code)]
-    for node in (each for function in around for each in ast.walk(function) if isinstance(each, ast.Assign)):
+    for node in (each for function in around for each in walk(function) if isinstance(each, ast.Assign)):
         names, whole = node.targets[0], node.value
         if not isinstance(names, ast.Tuple) or ast.unparse(given) not in map(ast.unparse, names.elts):
             continue
@@ -139,7 +140,7 @@ def _dict_of(value: ast.expr, source: str) -> ast.Dict | None:
     if not isinstance(value, ast.Call):
         return None
     texts = [source]
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         if isinstance(node, ast.ImportFrom):
             with contextlib.suppress(OSError, ValueError):  # none of the folder's
                 texts.append(read_regular(Path(f"{node.module}.py"), MOST).decode(errors="replace"))

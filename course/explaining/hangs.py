@@ -13,6 +13,7 @@ from pathlib import Path
 from course.explaining.endless_waits import EXECUTORS, Call, is_own, of_rclpy, threads
 from course.explaining.failure_report import Frame
 from course.explaining.source import Function, calls, covers, functions, name_of, parse, text_at, written_number
+from course.foundation.syntax import walk
 
 CALLING = (EXECUTORS, "task.py")  # rclpy's files whose functions call a callback
 # A program with one of these may run other code while a callback waits.
@@ -36,7 +37,7 @@ def hang(stacks: str, path: Path, callbacks: Collection[str], limit: float) -> t
     """
     source = text_at(path)
     tree, lines = parse(source), source.splitlines()
-    spins = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
+    spins = [node for node in walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
     alone = len(spins) == 1 and not OTHERS.search(source)
     for thread in threads(stacks):
         calling = [number for number, call in enumerate(thread) if of_rclpy(call)[0] in CALLING]
@@ -77,7 +78,7 @@ def unspun(stacks: str, path: Path) -> tuple[Frame, ...]:
     """
     source = text_at(path)
     tree = parse(source)
-    others = [node for each in functions(tree) if each.name != "main" for node in ast.walk(each)]
+    others = [node for each in functions(tree) if each.name != "main" for node in walk(each)]
     if THREADS.search(source) or any("spin" in name_of(node) for node in others):
         return ()
     return beginning(stacks, path, endless=True)
@@ -106,7 +107,7 @@ def _waits_for_ever(tree: ast.Module, source: str, line: int) -> bool:
     """Return True if a line waits for a lock that the program acquires without ever releasing it."""
     taken = [_lock(each) for each in calls(tree, "acquire") if not (each.args or each.keywords)]
     here = [_lock(each) for each in calls(tree, "acquire") if covers(each, line)]
-    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.With) and node.lineno == line]
+    blocks = [node for node in walk(tree) if isinstance(node, ast.With) and node.lineno == line]
     here += [ast.unparse(item.context_expr) for block in blocks for item in block.items]
     return not RELEASES.search(source) and len(here) == 1 and here[0] in taken
 
@@ -123,7 +124,7 @@ def _in_endless_loop(tree: ast.Module, chain: Sequence[Call], alone: bool) -> bo
         if any(each is None or _handles_errors(each) for each in outer):  # an error, too, leaves the loop
             continue
         function = outer[0]
-        loops = [node for node in ast.walk(function) if isinstance(node, ast.While)] if function else []
+        loops = [node for node in walk(function) if isinstance(node, ast.While)] if function else []
         if function and any(covers(loop, line) and _is_endless(loop, function, tree, alone) for loop in loops):
             return True
     return False
@@ -136,14 +137,14 @@ def _function(tree: ast.Module, line: int) -> Function | None:
 
 
 def _handles_errors(function: Function) -> bool:
-    handlers = [node.type for node in ast.walk(function) if isinstance(node, ast.ExceptHandler)]
+    handlers = [node.type for node in walk(function) if isinstance(node, ast.ExceptHandler)]
     caught = [name for kind in handlers for name in (kind.elts if isinstance(kind, ast.Tuple) else [kind])]
     return any(name_of(each) not in BY_CTRL_C for each in caught)
 
 
 def _is_endless(loop: ast.While, function: Function, tree: ast.Module, alone: bool) -> bool:
     """Return True if a loop in a function cannot end; `alone`: no other code of the program runs meanwhile."""
-    inside = [node for statement in loop.body for node in ast.walk(statement)]
+    inside = [node for statement in loop.body for node in walk(statement)]
     if any(isinstance(node, LEAVES) or "spin" in name_of(node) for node in inside):
         return False
     if isinstance(loop.test, ast.Constant):
@@ -168,7 +169,7 @@ def _is_fixed(loop: ast.While, function: Function) -> bool:
     test = loop.test
     if not isinstance(test, ast.Compare) or not all(isinstance(each, ORDERS) for each in test.ops):
         return False
-    whole = list(ast.walk(function))
+    whole = list(walk(function))
     if any(isinstance(node, (ast.Global, ast.Nonlocal)) for node in whole):
         return False
     parameters = {node.arg for node in whole if isinstance(node, ast.arg)}
@@ -181,7 +182,7 @@ def _is_fixed(loop: ast.While, function: Function) -> bool:
             fields.add(ast.unparse(operand))
         elif not isinstance(operand, ast.Constant):
             return False
-    for parent in (each for statement in loop.body for each in ast.walk(ast.Module([statement], []))):
+    for parent in (each for statement in loop.body for each in walk(ast.Module([statement], []))):
         for child in ast.iter_child_nodes(parent):
             if isinstance(child, ast.Name) and child.id in names and not _only_reads(parent, child):
                 return False
@@ -216,12 +217,12 @@ def _is_pure(test: ast.AST, own: dict[str, Function]) -> bool:
 
 
 def _names_used(*nodes: ast.AST) -> set[str]:
-    return {name_of(each) for node in nodes for each in ast.walk(node)}
+    return {name_of(each) for node in nodes for each in walk(node)}
 
 
 def _only_computes(node: ast.AST, known: Collection[str]) -> bool:
     """Return True if code sets nothing and calls nothing but these functions."""
-    inside = list(ast.walk(node))
+    inside = list(walk(node))
     called = {name_of(each.func) for each in inside if isinstance(each, ast.Call)}
     sets = any(isinstance(getattr(each, "ctx", None), (ast.Store, ast.Del)) for each in inside)
     return not sets and called <= {*known} and not any(isinstance(each, ast.Await) for each in inside)

@@ -104,6 +104,7 @@ from course.explaining.source import (
     wrong_return,
 )
 from course.foundation import cells
+from course.foundation.syntax import walk
 
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
@@ -173,7 +174,7 @@ def _parameter_for_value(found: re.Match[str], source: str, code: str) -> str:
 
 def _parameters_kept(source: str) -> set[str]:
     """Return the names that a program gives to what `get_parameter(...)` returns."""
-    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    made = [node for node in walk(parse(source)) if isinstance(node, ast.Assign)]
     kept = [each for each in made if isinstance(each.value, ast.Call) and name_of(each.value.func) == "get_parameter"]
     return {ast.unparse(target) for each in kept for target in each.targets}
 
@@ -192,7 +193,7 @@ OF_A_PARAMETER_VALUE = (
 
 def _init_as_context(found: re.Match[str], source: str) -> str:
     tree = parse(source)
-    managed = (item.context_expr for node in ast.walk(tree) if isinstance(node, ast.With) for item in node.items)
+    managed = (item.context_expr for node in walk(tree) if isinstance(node, ast.With) for item in node.items)
     if any(isinstance(each, ast.Call) and ast.unparse(each.func) in ("rclpy.init", "init") for each in managed):
         return (
             "`with rclpy.init()` needs a newer release: in ROS 2 Jazzy, `rclpy.init()` returns nothing. Call it on a "
@@ -374,7 +375,7 @@ def _still_none(found: re.Match[str], source: str, code: str) -> str:
         return silent
     for name in held:
         if re.search(rf"self\.{name} = None\b", source):
-            stored = [node for node in ast.walk(parse(source)) if getattr(node, "attr", "") == name]
+            stored = [node for node in walk(parse(source)) if getattr(node, "attr", "") == name]
             if sum(isinstance(node.ctx, ast.Store) for node in stored) == 1 and "setattr" not in source:  # type: ignore[attr-defined]
                 return f"`self.{name}` is None, and nothing in this text sets it to anything else."
             return (
@@ -403,7 +404,7 @@ def _future_used(found: re.Match[str], source: str, code: str) -> str:
     callbacks += [each for each in functions(tree) if each.name in {*map(name_of, given)} - {""}]
     for each in callbacks:
         names = {argument.arg for argument in each.args.args}
-        for node in ast.walk(each):
+        for node in walk(each):
             if isinstance(node, ast.Attribute) and node.attr == found[1] and ast.unparse(node.value) in names:
                 future = ast.unparse(node.value)
                 return (
@@ -420,7 +421,7 @@ OF_PYTHON = {"true": "True", "false": "False", "null": "None", "none": "None"}
 def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on arrays compared as if they were numbers: `low <= degrees <= high`, `near and usable`."""
     tree = line_tree(code)
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     if any(isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert)) for node in nodes):
         return ""  # a single truth value is wanted here
     for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
@@ -495,8 +496,8 @@ def _words_for_numbers(found: re.Match[str], source: str, code: str) -> str:
 def _method_in_a_sum(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a method that is used as if it were what it returns: `'Motors ' + self.state`."""
     own = undecorated(functions(parse(source)))
-    called_there = {id(node.func) for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)}
-    for node in (each for each in ast.walk(line_tree(code)) if isinstance(each, ast.Attribute)):
+    called_there = {id(node.func) for node in walk(line_tree(code)) if isinstance(node, ast.Call)}
+    for node in (each for each in walk(line_tree(code)) if isinstance(each, ast.Attribute)):
         if id(node) not in called_there and name_of(node.value) == "self" and node.attr in own:
             return the_method_itself(ast.unparse(node))
     return ""
@@ -564,7 +565,7 @@ def _objects(cls: str, source: str) -> str:
     made = main.get(cls)
     if "rclpy.init(" not in source and isinstance(made, type):
         return next((name for name, each in main.items() if type(each) is made and not name.startswith("_")), "")
-    found = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign))
+    found = (node for node in walk(parse(source)) if isinstance(node, ast.Assign))
     kept = (node for node in found if isinstance(node.value, ast.Call) and name_of(node.value.func) == cls)
     return next((ast.unparse(node.targets[0]) for node in kept), "")
 
@@ -600,7 +601,7 @@ def _of_a_request(name: str, code: str, source: str) -> bool:
     tree = parse(source)
     for function in functions(tree):
         text = ast.get_source_segment(source, function) or ""
-        for node in ast.walk(function) if function.name in parameter_callbacks(tree) and code in text else ():
+        for node in walk(function) if function.name in parameter_callbacks(tree) and code in text else ():
             if isinstance(node, ast.Assign) and name in map(name_of, node.targets):
                 return isinstance(node.value, (ast.DictComp, ast.Call))  # and not written out
     return False

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from course.explaining.source import parse
+from course.foundation.syntax import walk
 
 INDEX = Path("share", "ament_index", "resource_index", "rosidl_interfaces")
 INTERFACE = re.compile(r"(msg|srv|action)/([A-Z]\w*)\.(?:msg|srv|action|idl)")
@@ -56,6 +57,6 @@ def is_there(package: str) -> bool:
 
 def _imported(module: str, source: str) -> list[str]:
     """Return the names that a program imports from `module`, or from modules in it."""
-    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module)
+    imports = (node for node in walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module)
     inside = (node for node in imports if f"{node.module}.".startswith(f"{module}."))
     return [alias.name for node in inside for alias in node.names]

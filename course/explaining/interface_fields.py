@@ -4,6 +4,7 @@ import ast
 import importlib
 
 from course.explaining.source import name_of
+from course.foundation.syntax import walk
 
 
 def fields_of(tree: ast.AST, kind: ast.expr | None, part: str = "") -> dict[str, str]:
@@ -11,7 +12,7 @@ def fields_of(tree: ast.AST, kind: ast.expr | None, part: str = "") -> dict[str,
 
     {} for a type that the text does not import, or that is not there.
     """
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and name_of(kind) in {each.name for each in node.names}:
             try:
                 made = getattr(importlib.import_module(node.module), name_of(kind))

@@ -20,6 +20,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
 )
+from course.foundation.syntax import walk
 
 AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
 
@@ -59,11 +60,11 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
         return [f"{why}: use `time.sleep(seconds)`, or an executor with several threads."]
     if before := _before_the_spin(frames, tree):
         return [before]
-    loop = next((each for each in ast.walk(tree) if isinstance(each, ast.While) and covers(each, at.line)), None)
+    loop = next((each for each in walk(tree) if isinstance(each, ast.While) and covers(each, at.line)), None)
     if loop is None or any(frame.function in _callbacks(tree) for frame in frames):
         return []
     waits = next(calls(loop.test, "done"), None)
-    spins = any("spin" in name_of(node) for node in ast.walk(loop))
+    spins = any("spin" in name_of(node) for node in walk(loop))
     if waits is None or spins or not isinstance(waits.func, ast.Attribute):
         return []
     future = ast.unparse(waits.func.value)
@@ -92,9 +93,9 @@ def endless_look_at(frames: Sequence[Frame], source: str) -> list[str]:
 def _shared_future(at: Frame, tree: ast.Module) -> str:
     """Return the attribute that a callback of a service polls, and in which each call keeps its future; else ''."""
     for function in named(tree, service_callbacks(tree)):
-        made = [node for node in ast.walk(function) if isinstance(node, ast.Assign) and [*calls(node, "call_async")]]
+        made = [node for node in walk(function) if isinstance(node, ast.Assign) and [*calls(node, "call_async")]]
         kept = {ast.unparse(each) for node in made for each in node.targets if isinstance(each, ast.Attribute)}
-        for loop in (each for each in ast.walk(function) if isinstance(each, ast.While) and covers(each, at.line)):
+        for loop in (each for each in walk(function) if isinstance(each, ast.While) and covers(each, at.line)):
             for call in calls(loop.test, "done"):
                 if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in kept:
                     return ast.unparse(call.func.value)
@@ -108,12 +109,12 @@ def _before_the_spin(frames: Sequence[Frame], tree: ast.Module) -> str:
     frame = next((each for each in frames if each.function == "main"), None)
     if main is None or frame is None or frames[0] is not frame or len(spins) != 1:
         return ""
-    classes = {each.name for each in ast.walk(tree) if isinstance(each, ast.ClassDef)}
-    made = [node for node in ast.walk(main) if isinstance(node, ast.Assign) and _makes(node.value, classes)]
+    classes = {each.name for each in walk(tree) if isinstance(each, ast.ClassDef)}
+    made = [node for node in walk(main) if isinstance(node, ast.Assign) and _makes(node.value, classes)]
     nodes = {ast.unparse(each) for node in made for each in node.targets}
-    for loop in (each for each in ast.walk(main) if isinstance(each, ast.While) and covers(each, frame.line)):
-        asked = {ast.unparse(each) for each in ast.walk(loop.test) if isinstance(each, ast.Name)}
-        if asked & nodes and loop.lineno < spins[0] and not any("spin" in name_of(each) for each in ast.walk(loop)):
+    for loop in (each for each in walk(main) if isinstance(each, ast.While) and covers(each, frame.line)):
+        asked = {ast.unparse(each) for each in walk(loop.test) if isinstance(each, ast.Name)}
+        if asked & nodes and loop.lineno < spins[0] and not any("spin" in name_of(each) for each in walk(loop)):
             return (
                 f"Nothing spins the node while the loop in line {loop.lineno} waits, so none of its callbacks is "
                 f"called: write `rclpy.spin_once({min(asked & nodes)}, timeout_sec=0.1)` in the loop, or leave it out."
@@ -151,7 +152,7 @@ def _is_of_a_rate(code: str, tree: ast.Module) -> bool:
     slept = re.search(r"([\w.]+|\))\.sleep\(\s*\)", code)
     if not slept:
         return False
-    made = [node for node in ast.walk(tree) if isinstance(node, ast.Assign) and [*calls(node.value, "create_rate")]]
+    made = [node for node in walk(tree) if isinstance(node, ast.Assign) and [*calls(node.value, "create_rate")]]
     return "create_rate(" in code or slept[1] in {ast.unparse(each) for node in made for each in node.targets}
 
 

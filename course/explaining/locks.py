@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from course.explaining.doubts import never_released
 from course.explaining.failure_report import Frame
 from course.explaining.source import covers, name_of, parse
+from course.foundation.syntax import walk
 
 AT_A_LOCK = re.compile(r"^with ([\w.]+)(?: as \w+)?:|^([\w.]+)\.acquire\(\s*\)$")
 
@@ -20,8 +21,8 @@ def locked(frames: Sequence[Frame], source: str, *, alone: bool) -> list[str]:
     if found is None:
         return []
     lock, tree = found[1] or found[2], parse(source)
-    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.With) and lock in map(_text, node.items)]
-    kinds = {name_of(node.value.func) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+    blocks = [node for node in walk(tree) if isinstance(node, ast.With) and lock in map(_text, node.items)]
+    kinds = {name_of(node.value.func) for node in walk(tree) if isinstance(node, ast.Assign)
              and isinstance(node.value, ast.Call) and lock in map(ast.unparse, node.targets)}  # fmt: skip
     for frame in frames[:-1]:
         for block in blocks if kinds == {"Lock"} else ():
@@ -33,7 +34,7 @@ def locked(frames: Sequence[Frame], source: str, *, alone: bool) -> list[str]:
                     )
                 ]
     for block in blocks if alone else ():
-        waits = next((node for each in block.body for node in ast.walk(each) if isinstance(node, ast.Await)), None)
+        waits = next((node for each in block.body for node in walk(each) if isinstance(node, ast.Await)), None)
         if waits is not None:
             return [
                 (

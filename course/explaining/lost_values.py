@@ -14,6 +14,7 @@ from course.explaining.source import (
     named,
     undecorated,
 )
+from course.foundation.syntax import walk
 
 SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return)
 BLOCKS = ("body", "orelse", "finalbody")
@@ -33,7 +34,7 @@ def _bodies(function: ast.AST) -> Iterator[list[ast.stmt]]:
 
 
 def _stores(statement: ast.stmt) -> set[str]:
-    nodes = (node for node in ast.walk(statement) if isinstance(getattr(node, "ctx", None), (ast.Store, ast.Del)))
+    nodes = (node for node in walk(statement) if isinstance(getattr(node, "ctx", None), (ast.Store, ast.Del)))
     return {ast.unparse(node) for node in nodes}
 
 
@@ -60,7 +61,7 @@ def _read_from_a_new_request(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _uses(statement: ast.stmt, name: str) -> bool:
-    return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(statement))
+    return any(isinstance(node, ast.Name) and node.id == name for node in walk(statement))
 
 
 def _gathered_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -69,7 +70,7 @@ def _gathered_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
             for call in calls(tree, maker))  # fmt: skip
     for function in named(tree, {*map(name_of, made)} - {""}):
         nodes = [*inside(function)]
-        loops = [each for node in nodes if isinstance(node, (ast.For, ast.While)) for each in ast.walk(node)]
+        loops = [each for node in nodes if isinstance(node, (ast.For, ast.While)) for each in walk(node)]
         kept = [node for node in nodes if isinstance(node, ast.Assign)
                 and any(isinstance(each, (ast.Attribute, ast.Subscript)) for each in node.targets)]  # fmt: skip
         for node in (each for each in function.body if isinstance(each, ast.Assign)):
@@ -96,7 +97,7 @@ def _differences_of_one_value(tree: ast.Module, skipped: int) -> Iterator[tuple[
         for body in _bodies(function):
             same: dict[str, tuple[str, int]] = {}  # an attribute, the value that it has, and the line
             for statement in body:
-                for node in ast.walk(statement) if isinstance(statement, SIMPLE) else ():
+                for node in walk(statement) if isinstance(statement, SIMPLE) else ():
                     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub):
                         one, other = ast.unparse(node.left), ast.unparse(node.right)
                         value, line = same.get(other, ("", 0))
@@ -109,7 +110,7 @@ def _differences_of_one_value(tree: ast.Module, skipped: int) -> Iterator[tuple[
                                 ),
                             )
                 gone = _stores(statement)
-                called = not isinstance(statement, SIMPLE) or any(map(_of_self, ast.walk(statement)))
+                called = not isinstance(statement, SIMPLE) or any(map(_of_self, walk(statement)))
                 same = {} if called else {
                     each: (value, line) for each, (value, line) in same.items()
                     if each not in gone and value not in gone and value.partition(".")[0] not in gone
@@ -128,8 +129,8 @@ def _of_self(node: ast.AST) -> bool:
 
 def _methods_shown(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield methods in an f-string that are not called: `f'Motors {self.state}'`."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-        nodes = [*ast.walk(cls)]
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
+        nodes = [*walk(cls)]
         stored = {node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)}
         own = undecorated(functions_of(cls)) - stored
         for shown in (node.value for node in nodes if isinstance(node, ast.FormattedValue)):

@@ -23,6 +23,7 @@ from course.explaining.source import (
     set_on_self,
 )
 from course.foundation import cells
+from course.foundation.syntax import walk
 from course.foundation.untrusted import read_regular
 
 MOST = 1_000_000  # bytes of a file that is searched
@@ -51,7 +52,7 @@ def unbound(found: re.Match[str], source: str) -> str:
         )
     if any(map(any, (_stores(function, name) for function in functions(tree)))):
         return f"No line that sets `{name}` in this function has run yet: give it a value at the beginning."
-    for each in ast.walk(tree):
+    for each in walk(tree):
         methods = list(functions(each)) if isinstance(each, ast.ClassDef) else []
         setting = [method.name for method in methods if _stores(method, name)]
         if "__init__" in setting and len(setting) > 1:
@@ -64,7 +65,7 @@ def unbound(found: re.Match[str], source: str) -> str:
 
 def _is_kept(tree: ast.Module, name: str) -> bool:
     """Return True if `__init__` keeps an attribute of this name, and another method of the class sets such a name."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         methods = {each.name: each for each in functions_of(cls)}
         begin = methods.pop("__init__", None)
         kept = {node.attr for node in set_on_self(begin)} if begin else set()
@@ -77,7 +78,7 @@ def _except_goes_on(tree: ast.Module, name: str) -> str:
     """Return the hint on an `except` that goes on without the variable that its `try` sets; '' without one."""
     setting = [function for function in functions(tree) if _stores(function, name)]
     for function in setting if len(setting) == 1 else ():
-        for node in ast.walk(function):
+        for node in walk(function):
             if not isinstance(node, ast.Try) or False not in _stores(ast.Module(node.body, []), name):
                 continue
             for handler in node.handlers:
@@ -94,11 +95,11 @@ def _except_goes_on(tree: ast.Module, name: str) -> str:
 
 def _stores(function: ast.AST, name: str) -> list[bool]:
     """Return, for each place that sets a name in a function, whether it is in a branch or a loop."""
-    inside = (node for node in ast.walk(function) if isinstance(node, (ast.If, ast.For, ast.While, ast.Try)))
-    may_run = {id(node) for block in inside for node in ast.walk(block)}
+    inside = (node for node in walk(function) if isinstance(node, (ast.If, ast.For, ast.While, ast.Try)))
+    may_run = {id(node) for block in inside for node in walk(block)}
     return [
         id(node) in may_run
-        for node in ast.walk(function)
+        for node in walk(function)
         if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
     ]
 
@@ -144,7 +145,7 @@ def _module_with(name: str, usual: Iterable[str]) -> str:
 
 def is_a_module(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a module that is used as if it were the function or the class of its name."""
-    imports = (node for node in ast.walk(parse(source)) if isinstance(node, ast.Import))
+    imports = (node for node in walk(parse(source)) if isinstance(node, ast.Import))
     for alias in (each for node in imports for each in node.names):
         name = alias.asname or alias.name
         if re.search(rf"(?<![\w.]){re.escape(name)}(?![\w.])", code):
@@ -198,24 +199,24 @@ def _not_imported(name: str, source: str) -> bool:
     """
     tree = parse(source)
     module = sys.modules.get(name) if name in sys.stdlib_module_names else None
-    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
+    used = [node.attr for node in walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
     if module and any(hasattr(module, each) for each in used):
         return True
     makes = [
         node.value
         for function in functions(tree)
         if name not in {each.arg for each in function.args.args}
-        for node in ast.walk(function)
+        for node in walk(function)
         if isinstance(node, ast.Assign) and f"self.{name}" in map(ast.unparse, node.targets)
     ]
-    return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in ast.walk(value))
+    return any(isinstance(each, ast.Name) and each.id == name for value in makes for each in walk(value))
 
 
 def _class_in_capitals(name: str, source: str) -> str:
     """Return the hint on a class that is called in other letters: `state.LOOKING` for `State.LOOKING`."""
     tree = parse(source)
-    used = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    used = [node.attr for node in walk(tree) if isinstance(node, ast.Attribute) and ast.unparse(node.value) == name]
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         members = {name_of(target) for line in cls.body for target in getattr(line, "targets", [])}
         if cls.name.lower() == name.lower() != cls.name and used and members.issuperset(used):
             return f"The class is called `{cls.name}`: write `{cls.name}.{used[0]}`."
@@ -257,9 +258,9 @@ def own_attribute(found: re.Match[str], source: str) -> str:
 def _holder(name: str, source: str) -> str:
     """Return what holds the node where a name of it is used alone: `self`, or a variable of a function such as main."""
     tree = parse(source)
-    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    classes = {node.name for node in walk(tree) if isinstance(node, ast.ClassDef)}
     for function in functions(tree):
-        inside = [*ast.walk(function)]
+        inside = [*walk(function)]
         if "self" in (each.arg for each in function.args.args) or name not in map(name_of, inside):
             continue
         for node in inside:

@@ -5,6 +5,7 @@ import difflib
 from collections.abc import Iterator
 
 from course.explaining.source import calls, name_of
+from course.foundation.syntax import walk
 
 OPERATIONS = ("add", "subtract", "multiply", "divide")  # of the calculator
 ALIKE = 0.8  # least similarity of two spellings of a word
@@ -20,7 +21,7 @@ def misspelt_texts(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 def _compared(tree: ast.AST) -> Iterator[tuple[ast.Compare, ast.expr, str]]:
     """Yield the comparisons for equality with a text that is written out: what is compared, and the text."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             sides = node.left, node.comparators[0]
             for one, other in (sides, sides[::-1]):
@@ -30,10 +31,10 @@ def _compared(tree: ast.AST) -> Iterator[tuple[ast.Compare, ast.expr, str]]:
 
 def operations(tree: ast.AST) -> Iterator[tuple[int, str, str]]:
     """Yield the comparisons with a misspelt operation: the line, the operation that is meant, and a sentence."""
-    written = {node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)}
+    written = {node.value for node in walk(tree) if isinstance(node, ast.Constant)}
     kept = {
         name_of(target)
-        for node in ast.walk(tree)
+        for node in walk(tree)
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Attribute) and node.value.attr == "operation"
         for target in node.targets
     }
@@ -53,7 +54,7 @@ def operations(tree: ast.AST) -> Iterator[tuple[int, str, str]]:
 
 
 def _states(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     names = {name_of(node) for node in nodes} | {node.value for node in nodes if isinstance(node, ast.Constant)}
     for node, one, word in () if names & {*INDIRECT} else _compared(tree):
         if not isinstance(one, ast.Attribute) or name_of(one.value) != "self":

@@ -19,6 +19,7 @@ from course.explaining.source import (
     service_callbacks,
     the_method_itself,
 )
+from course.foundation.syntax import walk
 
 # Methods that return what a program needs next, and that are often written without their brackets.
 ASKED = {"result", "exception", "get_clock", "get_logger", "now", "get_parameter", "get_result", "get_name"}
@@ -31,7 +32,7 @@ def class_for_response(source: str) -> tuple[str, int, str] | None:
     tree = parse(source)
     names = service_callbacks(tree)
     for function in named(tree, names):
-        for node in ast.walk(function):
+        for node in walk(function):
             if isinstance(node, ast.Assign) and isinstance(node.value, ast.Attribute) and node.value.attr == "Response":
                 return function.name, node.lineno, ast.unparse(node.value)
     return None
@@ -40,7 +41,7 @@ def class_for_response(source: str) -> tuple[str, int, str] | None:
 def class_changed(found: re.Match[str], source: str) -> str:
     """Return the hint on a type whose field was set, as in `result = Lift.Result`, `result.stops = ...`."""
     kind = f"{found[1]}.{found[2]}"
-    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    made = [node for node in walk(parse(source)) if isinstance(node, ast.Assign)]
     for node in made:
         if ast.unparse(node.value) == kind:
             again = "" if "rclpy.init(" in source else RESTART
@@ -117,9 +118,7 @@ def idle_lambda(source: str) -> tuple[str, int, str] | None:
 
 def method_for_result(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on an attribute of a method that was not called, such as `future.result.accepted`."""
-    for used in (
-        node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Attribute) and node.attr == found[1]
-    ):
+    for used in (node for node in walk(line_tree(code)) if isinstance(node, ast.Attribute) and node.attr == found[1]):
         base = used.value
         if isinstance(base, ast.Attribute) and base.attr == "result" and (sent := _future(base.value, source)):
             return (
@@ -149,9 +148,9 @@ UNCALLED = (
 def not_called(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a function used without its brackets, as in `lock = threading.Lock`."""
     tree = line_tree(code)
-    callees = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    inner = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-    for used in ast.walk(tree):
+    callees = {id(node.func) for node in walk(tree) if isinstance(node, ast.Call)}
+    inner = {id(node.value) for node in walk(tree) if isinstance(node, ast.Attribute)}
+    for used in walk(tree):
         if not isinstance(used, (ast.Attribute, ast.Name)) or id(used) in callees | inner:
             continue
         for line, value in [(0, used), *assigned(used, source)]:
@@ -180,11 +179,11 @@ def _is_function(value: ast.Attribute | ast.Name, source: str) -> bool:
 def never_set(found: re.Match[str], source: str) -> str:
     """Return the hint on an attribute that a class sets without `self.`, or in a method that has not run yet."""
     name = f"self.{found[2]}"
-    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == found[1]):
-        made = [node for node in ast.walk(cls) if isinstance(node, ast.Assign)]
+    for cls in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == found[1]):
+        made = [node for node in walk(cls) if isinstance(node, ast.Assign)]
         of_self = [node.lineno for node in made if name in map(ast.unparse, node.targets)]
         begins = next((each for each in functions(cls) if each.name == "__init__"), None)
-        inside = [*ast.walk(begins)] if begins else []
+        inside = [*walk(begins)] if begins else []
         local = [node.lineno for node in made if node in inside and found[2] in map(ast.unparse, node.targets)]
         read = any(
             isinstance(each, ast.Name) and each.id == found[2] and isinstance(each.ctx, ast.Load) for each in inside
@@ -201,7 +200,7 @@ def never_set(found: re.Match[str], source: str) -> str:
 
 def class_passed(cls: str, source: str) -> int:
     """Return the line in which a program keeps or passes the class `cls` itself; 0 if none does."""
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         if not isinstance(node, (ast.Assign, ast.Call)):
             continue
         values = [node.value] if isinstance(node, ast.Assign) else node.args
@@ -213,12 +212,12 @@ def class_passed(cls: str, source: str) -> int:
 def parameter_counts(cls: str, method: str, source: str) -> Iterator[int]:
     """Yield the numbers of parameters of a method in a program, or in the own module that it has the class from."""
     texts = [source]
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         if isinstance(node, ast.ImportFrom) and node.module and any(each.name == cls for each in node.names):
             path = Path(f"{node.module}.py")
             texts += [path.read_text(encoding="utf-8", errors="replace")] if path.is_file() else []
     for text in texts:
-        for made in ast.walk(parse(text)):
+        for made in walk(parse(text)):
             if isinstance(made, ast.ClassDef) and made.name == cls:
                 yield from (len(each.args.args) for each in functions(made) if each.name == method)
 
@@ -284,7 +283,7 @@ def _future(node: ast.expr, source: str) -> str:
 def assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
     """Yield the values that a program assigns to an expression such as `self.handle`, the last first, with lines."""
     text = ast.unparse(target)
-    made = [node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)]
+    made = [node for node in walk(parse(source)) if isinstance(node, ast.Assign)]
     for node in sorted(made, key=lambda node: -node.lineno):
         if any(ast.unparse(each) == text for each in node.targets):
             yield node.lineno, node.value
@@ -293,7 +292,7 @@ def assigned(target: ast.expr, source: str) -> Iterator[tuple[int, ast.expr]]:
 def returned(function: str, source: str) -> Iterator[tuple[int, ast.expr]]:
     """Yield the values that a function of a program returns, with their lines."""
     for each in functions(parse(source)):
-        for node in ast.walk(each) if each.name == function else ():
+        for node in walk(each) if each.name == function else ():
             if isinstance(node, ast.Return) and node.value is not None:
                 yield node.lineno, node.value
 
@@ -305,7 +304,7 @@ def line_tree(code: str) -> ast.Module:
 
 
 def _imports(source: str, name: str) -> bool:
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
         names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
         if any(each.partition(".")[0] == name for each in names):

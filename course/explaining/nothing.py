@@ -19,6 +19,7 @@ from course.explaining.source import (
     parse,
     service_callbacks,
 )
+from course.foundation.syntax import walk
 
 NOT_YET = (
     "The response is not there yet: `future.result()` and `client.call(..., timeout_sec=...)` are None until it comes."
@@ -30,7 +31,7 @@ def attribute_of_nothing(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on an attribute of None, if the text shows where the None comes from; else ''."""
     if outside_of_functions(code, source) and re.search(r"\.result\(\)\.\w", code):
         return NOT_DONE
-    for used in ast.walk(line_tree(code)):
+    for used in walk(line_tree(code)):
         if not (isinstance(used, ast.Attribute) and used.attr == found[1]):
             continue
         values = _values(used.value, source, code)
@@ -44,7 +45,7 @@ def attribute_of_nothing(found: re.Match[str], source: str, code: str) -> str:
 
 def awaited_nothing(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `ros.wait(future)` with what a method that ends without a `return` gave; else ''."""
-    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+    for call in (node for node in walk(line_tree(code)) if isinstance(node, ast.Call)):
         for given in call.args[:1] if name_of(call.func) == "wait" else ():
             for value in [given, *(each for _, each in assigned(given, source))]:
                 name = name_of(value.func) if isinstance(value, ast.Call) else ""
@@ -62,7 +63,7 @@ def returned_nothing(source: str, code: str, *, given: bool = False) -> str:
 
     With `given`, the line is a value alone, which is None.
     """
-    for used in ast.walk(line_tree(code)):
+    for used in walk(line_tree(code)):
         whole = used.value if given and isinstance(used, ast.Expr) else None
         if whole and (text := _ends_without_value(whole, whole, source, silent=True)):
             return text
@@ -82,7 +83,7 @@ def silent_helper(source: str) -> tuple[str, int, str] | None:
     tree = parse(source)
     names = service_callbacks(tree)
     for function in named(tree, names):
-        for node in ast.walk(function):
+        for node in walk(function):
             if not (isinstance(node, ast.Return) and node.value):
                 continue
             value = _without_await(node.value)
@@ -95,7 +96,7 @@ def silent_helper(source: str) -> tuple[str, int, str] | None:
 
 def gave_nothing(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a function of the notebook that the line calls and that may return nothing, or ''."""
-    for call in (node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)):
+    for call in (node for node in walk(line_tree(code)) if isinstance(node, ast.Call)):
         made = _of_the_notebook(call)
         if made is not None and may_return_nothing(made):
             return _gave_none(made.name)
@@ -130,7 +131,7 @@ def _values(given: ast.expr, source: str, code: str) -> list[ast.expr]:
 
 def _set_just_before(given: ast.Attribute, source: str, code: str) -> ast.expr | None:
     """Return what the statement before a line assigns to `self.handle`, which the line then uses; None for another."""
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         body = getattr(node, "body", [])
         for before, after in itertools.pairwise(body if isinstance(body, list) else []):
             line = source.splitlines()[after.lineno - 1].strip()
@@ -170,7 +171,7 @@ def _is_awaited(value: ast.expr, source: str, *, deep: bool = True) -> bool:
 def _replaced(value: ast.expr, source: str) -> str:
     """Return the hint on the result of an attribute of the node that was awaited, `self.future`, or ''."""
     future = value.func.value if isinstance(value, ast.Call) and isinstance(value.func, ast.Attribute) else None
-    awaited = {ast.unparse(node.value) for node in ast.walk(parse(source)) if isinstance(node, ast.Await)}
+    awaited = {ast.unparse(node.value) for node in walk(parse(source)) if isinstance(node, ast.Await)}
     if not isinstance(future, ast.Attribute) or (text := ast.unparse(future)) not in awaited:
         return ""
     return (
@@ -194,13 +195,13 @@ def _ends_without_value(value: ast.expr, used: ast.expr, source: str, *, silent:
 
 
 def _is_silent(function: Function) -> bool:
-    return not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(function))
+    return not any(isinstance(node, ast.Return) and node.value is not None for node in walk(function))
 
 
 def _called(call: ast.Call, source: str) -> list[Function]:
     """Return the functions of a program, or of the notebook, that a call may mean; [] if it may mean another one."""
     tree, name = parse(source), name_of(call.func)
-    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    classes = [node for node in walk(tree) if isinstance(node, ast.ClassDef)]
     of_classes = {id(each): node.name for node in classes for each in functions_of(node)}
     named = [each for each in functions(tree) if each.name == name]
     if isinstance(call.func, ast.Attribute):
@@ -212,7 +213,7 @@ def _called(call: ast.Call, source: str) -> list[Function]:
         made = [each for each in named if id(each) not in of_classes]
         if not made and (other := _of_the_notebook(call)):
             made = [other]
-    inside = [node for each in made for node in ast.walk(each)]
+    inside = [node for each in made for node in walk(each)]
     return [] if any(isinstance(node, (ast.Yield, ast.YieldFrom)) for node in inside) else made
 
 

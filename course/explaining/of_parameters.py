@@ -5,6 +5,7 @@ import re
 
 from course.explaining.endings import around
 from course.explaining.source import last_parameter, named, parameter_callbacks, parse, wrong_result
+from course.foundation.syntax import walk
 
 
 def list_of_parameters(found: re.Match[str], source: str, code: str) -> str:
@@ -26,10 +27,10 @@ def parameter_kept(source: str) -> str:
     tree = parse(source)
     for function in named(tree, parameter_callbacks(tree)):
         given = last_parameter(function)
-        for loop in (node for node in ast.walk(function) if isinstance(node, ast.For)):
+        for loop in (node for node in walk(function) if isinstance(node, ast.For)):
             if ast.unparse(loop.iter) != given or not isinstance(loop.target, ast.Name):
                 continue
-            for node in (each for each in ast.walk(loop) if isinstance(each, ast.Assign)):
+            for node in (each for each in walk(loop) if isinstance(each, ast.Assign)):
                 if ast.unparse(node.value) == loop.target.id:
                     text = f"Line {node.lineno}: `{ast.unparse(node)}` keeps the whole Parameter."
                     return f"{text} Its value is `{loop.target.id}.value`."

@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Callable, Iterator
 
 from course.explaining.source import Function, calls, functions, functions_of, name_of, node_classes, parse
+from course.foundation.syntax import walk
 
 
 def returns_nothing(callback: Callable[..., object]) -> bool:
@@ -34,9 +35,9 @@ def uncalled_main(source: str) -> tuple[int, str] | None:
     tree = parse(source)
     main = next(each for each in functions(tree) if each.name == "main")
     run = "sys.exit(main())" if _returns(main) else "main()"
-    bare = [node for node in ast.walk(tree) if isinstance(node, ast.Expr) and name_of(node.value) == "main"]
+    bare = [node for node in walk(tree) if isinstance(node, ast.Expr) and name_of(node.value) == "main"]
     ended = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, call.args)]
-    if len(bare) + len(ended) < sum(name_of(node) == "main" for node in ast.walk(tree) if isinstance(node, ast.Name)):
+    if len(bare) + len(ended) < sum(name_of(node) == "main" for node in walk(tree) if isinstance(node, ast.Name)):
         return None
     for node, write in (*((each.value, run) for each in bare), *((each, "sys.exit(main())") for each in ended)):
         return node.lineno, f"`{ast.unparse(node)}` names the function and does not call it: write `{write}`."
@@ -94,7 +95,7 @@ def never_spins(source: str) -> bool:
     waits = [call for name in WAITING for call in calls(tree, name)]
     if not waits or re.search(r"\b(?:Thread|Timer|submit)\b", source):
         return not waits
-    of_callbacks = {id(node) for method in _of_callbacks(tree) for node in ast.walk(method)}
+    of_callbacks = {id(node) for method in _of_callbacks(tree) for node in walk(method)}
     return all(id(call) in of_callbacks for call in waits)
 
 
@@ -103,7 +104,7 @@ EXECUTOR = "ThreadedExecutor"  # ends the names of rclpy's executors
 
 def spin(source: str) -> str:
     """Return the call that a program's main() must make to spin its node: of its own executor, if it has made one."""
-    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.Assign)):
+    for made in (node for node in walk(parse(source)) if isinstance(node, ast.Assign)):
         kept, value = made.targets[0], made.value
         if isinstance(kept, ast.Name) and isinstance(value, ast.Call) and name_of(value.func).endswith(EXECUTOR):
             return f"{kept.id}.spin()"
@@ -117,16 +118,16 @@ WAITING = ("wait", "sleep", "input")
 def _of_callbacks(tree: ast.Module) -> Iterator[Function]:
     """Yield the methods of node classes that the program does not reach from its main part or a constructor."""
     methods = {each.name: each for cls in node_classes(tree) for each in functions_of(cls)}
-    inside = {id(node) for method in methods.values() for node in ast.walk(method)}
-    used = {name_of(node) for node in ast.walk(tree) if id(node) not in inside} | {"__init__"}
+    inside = {id(node) for method in methods.values() for node in walk(method)}
+    used = {name_of(node) for node in walk(tree) if id(node) not in inside} | {"__init__"}
     reached: set[str] = set()
     while new := (used & {*methods}) - reached:
         reached |= new
         for each in new:
-            called = (node.func for node in ast.walk(methods[each]) if isinstance(node, ast.Call))
+            called = (node.func for node in walk(methods[each]) if isinstance(node, ast.Call))
             used |= {func.attr for func in called if isinstance(func, ast.Attribute)}
     yield from (method for name, method in methods.items() if name not in reached)
 
 
 def _returns(function: ast.AST) -> bool:
-    return any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(function))
+    return any(isinstance(node, ast.Return) and node.value is not None for node in walk(function))

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from course.explaining.mixups import line_tree
 from course.explaining.source import cells_run, functions, hidden_method, name_of, parse
+from course.foundation.syntax import walk
 
 VALUES = ("bool", "str", "int", "float", "NoneType", "list", "dict", "tuple", "set")
 NO_TYPE = r"is(?:instance|subclass)\(\) arg 2 must be a (?:type|class)"
@@ -18,7 +19,7 @@ def overwritten(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a name in the reader's line `code` that was a function until it was assigned to, or ''."""
     main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}
     cells = cells_run()
-    names = [node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Name)]
+    names = [node for node in walk(line_tree(code)) if isinstance(node, ast.Name)]
     for function in names if "arg 2 must be" in found[0] else called(code):
         name = ast.unparse(function)
         if isinstance(function, ast.Name) and callable(getattr(builtins, name, None)):
@@ -47,7 +48,7 @@ def hidden_here(found: re.Match[str], source: str, code: str) -> str:
 
 def called(code: str) -> list[ast.expr]:
     """Return what a line calls, from left to right."""
-    calls = [node for node in ast.walk(line_tree(code)) if isinstance(node, ast.Call)]
+    calls = [node for node in walk(line_tree(code)) if isinstance(node, ast.Call)]
     return [node.func for node in sorted(calls, key=lambda node: (node.lineno, node.col_offset))]
 
 
@@ -69,7 +70,7 @@ def _where(name: str, value: object, cells: list[str]) -> str:
 def _assigned(name: str, source: str, *, everywhere: bool = False) -> tuple[int, str] | None:
     """Return the last line that sets `name` outside of functions, or `everywhere`, and its text; None without one."""
     tree = parse(source)
-    inside = {id(node) for function in functions(tree) for node in ast.walk(function) if node is not function}
+    inside = {id(node) for function in functions(tree) for node in walk(function) if node is not function}
     lines = source.splitlines()
     found = [
         node.lineno for node in _stored(tree) if ast.unparse(node) == name and (everywhere or id(node) not in inside)
@@ -78,6 +79,6 @@ def _assigned(name: str, source: str, *, everywhere: bool = False) -> tuple[int,
 
 
 def _stored(tree: ast.AST) -> Iterator[ast.Name | ast.Attribute]:
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, (ast.Name, ast.Attribute)) and isinstance(node.ctx, ast.Store) and name_of(node):
             yield node

@@ -35,6 +35,7 @@ from course.explaining.thrown_away import thrown_away
 from course.explaining.unmeant import unmeant
 from course.explaining.unread import unread
 from course.explaining.unused import unused
+from course.foundation.syntax import walk
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
@@ -73,7 +74,7 @@ def slips(cell: str) -> list[str]:
 def _compared(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons used as statements: `response.success == True`."""
     for function in functions(tree):
-        for node in ast.walk(function):
+        for node in walk(function):
             if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Compare)):
                 continue
             left, operator = node.value.left, node.value.ops[0]
@@ -105,7 +106,7 @@ def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:
     made = [node for node in tree.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Dict)]
     dicts = {name_of(target) for node in made for target in node.targets if isinstance(target, ast.Name)}
     for function in functions(tree):
-        for node in ast.walk(function):
+        for node in walk(function):
             if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
                 continue
             called = node.value.func
@@ -117,7 +118,7 @@ def _looked_up(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def _not_formatted(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield texts without `f` that a function logs, prints or answers with, and that name its values in braces."""
     for function in functions(tree):
-        nodes = [*ast.walk(function)]
+        nodes = [*walk(function)]
         known = {node.arg for node in nodes if isinstance(node, ast.arg)}
         known |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         given = [call.args[0] for name in SHOWN for call in calls(function, name) if call.args]
@@ -160,7 +161,7 @@ def _unawaited(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def _after_the_end(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     """Yield logs, and parts of a node, that stand behind the `return` of their block, and so are never reached."""
     for function in functions(tree):
-        for node in ast.walk(function):
+        for node in walk(function):
             for part in ("body", "orelse"):
                 body = getattr(node, part, None)
                 for before, after in pairwise(body if isinstance(body, list) else ()):
@@ -183,7 +184,7 @@ def _makes(statement: ast.stmt) -> bool:
 
 def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
     """Yield values with a sign that nobody writes: `total =+ step`, for `total += step`; of numbers, only a 1."""
-    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Assign)):
+    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
         target, written = (ast.get_source_segment(cell, each) or "" for each in (node.targets[0], node.value))
         sign, rest = written[:1], written[1:].lstrip()
         a_number = isinstance(getattr(node.value, "operand", None), ast.Constant)
@@ -196,11 +197,11 @@ def _signs(tree: ast.Module, cell: str) -> Iterator[tuple[int, str]]:
 def _set_again(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     """Yield fields that two statements in a row set: `question.a = a`, `question.a = b`."""
     for function in functions(tree):
-        for node in ast.walk(function):
+        for node in walk(function):
             body = getattr(node, "body", None)
             for before, after in pairwise(body if isinstance(body, list) else ()):
                 first, second = (_field(each) for each in (before, after))
-                if first and first == second and first not in map(ast.unparse, ast.walk(after.value)):
+                if first and first == second and first not in map(ast.unparse, walk(after.value)):
                     text = f"`{first}` is set here, and in line {before.lineno - skipped} just before it"
                     yield after.lineno, f"{text}, whose value is lost. Is another field meant in one of the two?"
 
@@ -214,13 +215,13 @@ def _field(statement: ast.stmt) -> str:
 
 def _is_last(statement: ast.stmt, name: str, function: ast.AST) -> bool:
     """Return True if nothing in a function uses the variable `name` after a statement, which is not in a loop."""
-    nodes = [*ast.walk(function)]
+    nodes = [*walk(function)]
     loops = [node for node in nodes if isinstance(node, (ast.For, ast.While))]
     outside = any(name in node.names for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)))
     later = [
         node for node in nodes if isinstance(node, ast.Name) and node.id == name and node.lineno > statement.lineno
     ]
-    return not later and not outside and not any(statement in ast.walk(loop) for loop in loops)
+    return not later and not outside and not any(statement in walk(loop) for loop in loops)
 
 
 def _set_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
@@ -249,7 +250,7 @@ def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield fields of a request that are looked for inside a word: `request.operation in 'add'`."""
     for function in named(tree, service_callbacks(tree)):
         request = function.args.args[-2].arg if len(function.args.args) > 1 else ""
-        for node in ast.walk(function):
+        for node in walk(function):
             if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In) and len(node.ops) == 1):
                 continue
             left, word = node.left, node.comparators[0]
@@ -266,11 +267,11 @@ def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield methods used without a call as a condition: `if self.is_fresh:`."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         own = undecorated(functions_of(cls))
-        nodes = (node for node in ast.walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
+        nodes = (node for node in walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
         stored = {name_of(node) for node in nodes if isinstance(node.ctx, ast.Store)}
-        for node in ast.walk(cls):
+        for node in walk(cls):
             for asked in asked_by(node):
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
                 if of_self and name_of(asked) in own - stored:
@@ -300,7 +301,7 @@ def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 
 def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:
-    for node in ast.walk(function):
+    for node in walk(function):
         if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
             continue
         for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
@@ -314,8 +315,8 @@ def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Ite
 def _of_another_kind(function: ast.AST, given: str, fields: Mapping[str, str]) -> Iterator[tuple[int, str]]:
     """Yield comparisons of a field of a callback's argument with a constant of another type: `request.data == 'on'`."""
     kinds = {f"{given}.{field}": kind for field, kind in fields.items()}
-    stored = {ast.unparse(node) for node in ast.walk(function) if isinstance(getattr(node, "ctx", None), ast.Store)}
-    for node in ast.walk(function):
+    stored = {ast.unparse(node) for node in walk(function) if isinstance(getattr(node, "ctx", None), ast.Store)}
+    for node in walk(function):
         if not (isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq))):
             continue
         for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
@@ -337,7 +338,7 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
     Python looks for the name only when there is an exception to catch, as when the program is stopped.
     """
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     made = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
     made |= {node.name for node in nodes if isinstance(node, (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef))}
@@ -345,7 +346,7 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
         if isinstance(node, (ast.Import, ast.ImportFrom)):
             made |= {alias.asname or alias.name.partition(".")[0] for alias in node.names}
     for handler in nodes if "*" not in made else ():
-        caught = [*ast.walk(handler.type)] if isinstance(handler, ast.ExceptHandler) and handler.type else []
+        caught = [*walk(handler.type)] if isinstance(handler, ast.ExceptHandler) and handler.type else []
         for name in caught:
             if isinstance(name, ast.Name) and name.id not in made and not hasattr(builtins, name.id):
                 text = f"`except` needs `{name.id}`, which this file does not import"
@@ -356,9 +357,9 @@ def _unknown_exceptions(tree: ast.Module) -> Iterator[tuple[int, str]]:
 def _unknown_parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons in parameter callbacks with a name used nowhere else: `each.name == 'treshold'`."""
     declared = set(_declared(tree))
-    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    texts = [node.value for node in walk(tree) if isinstance(node, ast.Constant)]
     for function in named(tree, parameter_callbacks(tree)):
-        for node in ast.walk(function):
+        for node in walk(function):
             if not (isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.Eq)):
                 continue
             for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
@@ -380,7 +381,7 @@ def _declared(tree: ast.AST) -> Iterator[str]:
         if any(name_of(argument(call, 0, "name")) in given for call in calls(function, "declare_parameter")):
             makers.add(function.name)
     texts = [argument(call, 0, "name") for name in makers for call in calls(tree, name)]
-    for loop in (node for node in ast.walk(tree) if isinstance(node, ast.For)):
+    for loop in (node for node in walk(tree) if isinstance(node, ast.For)):
         names = [ast.unparse(each) for each in (getattr(loop.target, "elts", None) or [loop.target])[:1]]
         if any(name_of(argument(call, 0, "name")) in names for name in makers for call in calls(loop, name)):
             rows = getattr(loop.iter, "elts", [])
@@ -392,7 +393,7 @@ def _names_in_a_list(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield names that a parameter callback looks for in its list of Parameters: `if 'output_min' in params`."""
     for function in named(tree, parameter_callbacks(tree)):
         given = last_parameter(function)
-        nodes = [*ast.walk(function)]
+        nodes = [*walk(function)]
         if any(isinstance(node, ast.Name) and node.id == given and isinstance(node.ctx, ast.Store) for node in nodes):
             continue
         for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
@@ -414,7 +415,7 @@ def _names_in_a_list(tree: ast.AST) -> Iterator[tuple[int, str]]:
 def _stored_already(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons of a new value with the stored one in a post-set callback, which runs when it is stored."""
     for function in named(tree, parameter_callbacks(tree, "add_post_set_parameters_callback")):
-        compared = [node for node in ast.walk(function) if isinstance(node, ast.Compare) and len(node.ops) == 1]
+        compared = [node for node in walk(function) if isinstance(node, ast.Compare) and len(node.ops) == 1]
         sides = [(node, ast.unparse(node.left), ast.unparse(node.comparators[0])) for node in compared]
         asked = {frozenset((left, right)) for _, left, right in sides}
         for node, *both in sides:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 from types import FrameType
 
-from course.foundation.syntax import syntax_tree
+from course.foundation.syntax import syntax_tree, walk
 
 # Functions that wait, and the position of the time limit among their arguments.
 WAITS = {
@@ -96,7 +96,7 @@ def covers(node: ast.expr | ast.stmt, line: int) -> bool:
 
 def functions(tree: ast.AST) -> Iterator[Function]:
     """Yield all functions and methods in a tree."""
-    return (node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
+    return (node for node in walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)))
 
 
 def undecorated(made: Iterable[Function]) -> set[str]:
@@ -126,7 +126,7 @@ def inside(function: ast.AST) -> Iterator[ast.AST]:
 
 def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
     """Yield all calls of a function or a method called `name`."""
-    return (node for node in ast.walk(tree) if isinstance(node, ast.Call) and name_of(node.func) == name)
+    return (node for node in walk(tree) if isinstance(node, ast.Call) and name_of(node.func) == name)
 
 
 def the_method_itself(text: str, so: str = "", arguments: str = "") -> str:
@@ -196,14 +196,12 @@ def without_global(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | ast.Asy
     """
     made = {each.id: statement.lineno for statement in tree.body if isinstance(statement, ast.Assign)
             for each in statement.targets if isinstance(each, ast.Name)}  # fmt: skip
-    names = {
-        function: [node for node in ast.walk(function) if isinstance(node, ast.Name)] for function in functions(tree)
-    }
+    names = {function: [node for node in walk(function) if isinstance(node, ast.Name)] for function in functions(tree)}
     stored = {
         function: {node.id for node in used if not isinstance(node.ctx, ast.Load)} for function, used in names.items()
     }
     for function, used in names.items():
-        nodes = [*ast.walk(function)]
+        nodes = [*walk(function)]
         known = {node.arg for node in nodes if isinstance(node, ast.arg)}
         known |= {name for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
         here = {ast.unparse(node.targets[0]) for node in inside(function) if isinstance(node, ast.Assign)}
@@ -313,7 +311,7 @@ def _how_to_await(function: Function, one_group: bool) -> str:
 
 def endless_looks(tree: ast.AST) -> Iterator[ast.While]:
     """Yield the loops that look for a server until one comes, and do nothing else."""
-    for loop in (node for node in ast.walk(tree) if isinstance(node, ast.While)):
+    for loop in (node for node in walk(tree) if isinstance(node, ast.While)):
         asked = [each for each in getattr(loop.test, "values", [loop.test]) if ast.unparse(each) != "rclpy.ok()"]
         looks = asked[0].operand if len(asked) == 1 and isinstance(asked[0], ast.UnaryOp) else None
         is_one = isinstance(looks, ast.Call) and name_of(looks.func) in ("wait_for_service", "wait_for_server")
@@ -332,8 +330,8 @@ def changes_nothing(statement: ast.stmt) -> bool:
 
 def _sleeps(function: ast.AST) -> bool:
     """Return True if a function waits for input, or sleeps, but not for one sleep that is written out and short."""
-    awaited = [node.value for node in ast.walk(function) if isinstance(node, ast.Await)]
-    loops = [node for node in ast.walk(function) if isinstance(node, (ast.For, ast.While))]
+    awaited = [node.value for node in walk(function) if isinstance(node, ast.Await)]
+    loops = [node for node in walk(function) if isinstance(node, (ast.For, ast.While))]
     repeated = [call for loop in loops for call in calls(loop, "sleep")]
     for call in {*calls(function, "sleep")} - {*awaited}:
         lasts = getattr(call.args[0], "value", None) if call.args else None
@@ -358,21 +356,21 @@ def one_at_a_time(source: str, service: str) -> int:
 
 
 def _awaits(function: ast.AST) -> bool:
-    return any(isinstance(node, ast.Await) for node in ast.walk(function))
+    return any(isinstance(node, ast.Await) for node in walk(function))
 
 
 def _awaits_in_a_loop(function: ast.AST) -> ast.While | None:
     """Return the loop in which a function polls for the answer to its request."""
     if not list(calls(function, "call_async")):
         return None
-    loops = (node for node in ast.walk(function) if isinstance(node, ast.While) and not _awaits(node))
+    loops = (node for node in walk(function) if isinstance(node, ast.While) and not _awaits(node))
     return next((each for each in loops if [*calls(each.test, "done"), *calls(each.test, "result")]), None)
 
 
 def _asked(tree: ast.AST, function: ast.AST) -> Iterator[tuple[str, int]]:
     """Yield the services that a function calls by clients of the program, as `/add`, with the lines of the calls."""
     clients: dict[str, str] = {}
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if (
             isinstance(node, ast.Assign)
             and isinstance(node.value, ast.Call)
@@ -388,7 +386,7 @@ def _asked(tree: ast.AST, function: ast.AST) -> Iterator[tuple[str, int]]:
 
 def _own(tree: ast.AST, function: ast.AST, call: ast.Call) -> bool:
     """Return True if a call in a function is awaited, or is of the program's own function: it is not rclpy's."""
-    awaited = any(isinstance(node, ast.Await) and node.value is call for node in ast.walk(function))
+    awaited = any(isinstance(node, ast.Await) and node.value is call for node in walk(function))
     own = isinstance(call.func, ast.Name) or name_of(getattr(call.func, "value", None)) == "self"
     return awaited or (own and name_of(call.func) in {each.name for each in functions(tree)})
 
@@ -402,7 +400,7 @@ def _one_group(tree: ast.AST) -> bool:
 def _is_exclusive(tree: ast.AST, group: str) -> bool:
     """Return True for the text of an exclusive callback group, or of none, which is the node's default one."""
     name = group.lstrip("*")
-    made = [ast.unparse(node.value) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+    made = [ast.unparse(node.value) for node in walk(tree) if isinstance(node, ast.Assign)
             for target in node.targets if ast.unparse(target) == name]  # fmt: skip
     return not name or (bool(made) and all("MutuallyExclusiveCallbackGroup(" in each for each in made))
 
@@ -416,11 +414,11 @@ def _group(call: ast.Call) -> str:
 
 def _endless(function: ast.AST) -> bool:
     """Return True if a function has a loop that nothing in it ends."""
-    loops = (node for node in ast.walk(function) if isinstance(node, ast.While))
+    loops = (node for node in walk(function) if isinstance(node, ast.While))
     return any(
         isinstance(loop.test, ast.Constant)
         and loop.test.value
-        and not any(isinstance(node, (ast.Break, ast.Return, ast.Raise)) for node in ast.walk(loop))
+        and not any(isinstance(node, (ast.Break, ast.Return, ast.Raise)) for node in walk(loop))
         for loop in loops
     )
 
@@ -428,7 +426,7 @@ def _endless(function: ast.AST) -> bool:
 def exits(source: str) -> str:
     """Return the function, other than `main`, that exits the program; '' if none does."""
     for function in functions(parse(source)):
-        raised = (node.exc for node in ast.walk(function) if isinstance(node, ast.Raise) and node.exc)
+        raised = (node.exc for node in walk(function) if isinstance(node, ast.Raise) and node.exc)
         ended = any(name_of(getattr(error, "func", error)) == "SystemExit" for error in raised)
         if function.name != "main" and (ended or any(list(calls(function, name)) for name in ENDS)):
             return function.name
@@ -440,7 +438,7 @@ def ends_its_node(source: str) -> tuple[str, int, str] | None:
 
     A method that nobody could pass as a callback is not looked at: `main`, and those that spin, or begin with `_`.
     """
-    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    classes = (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef))
     for function in (each for node in classes for each in functions(node)):
         if function.name == "main" or function.name.startswith("_") or next(calls(function, "spin"), None):
             continue
@@ -454,7 +452,7 @@ def ends_its_node(source: str) -> tuple[str, int, str] | None:
 
 def node_classes(tree: ast.AST) -> list[ast.ClassDef]:
     """Return the classes that are derived from Node itself."""
-    return [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
+    return [node for node in walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]
 
 
 AGAIN = (ast.For, ast.While, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
@@ -465,13 +463,13 @@ def makes_one_node(source: str) -> bool:
     tree = parse(source)
     classes = node_classes(tree)
     made = [call for name in ("Node", "create_node", *(each.name for each in classes)) for call in calls(tree, name)]
-    several = (node for node in ast.walk(tree) if isinstance(node, AGAIN))
-    return len(classes) <= 1 == len(made) and not any(made[0] in ast.walk(each) for each in several)
+    several = (node for node in walk(tree) if isinstance(node, AGAIN))
+    return len(classes) <= 1 == len(made) and not any(made[0] in walk(each) for each in several)
 
 
 def without_self(source: str) -> set[str]:
     """Return the names of the methods whose first parameter is not `self`, without static and class methods."""
-    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    classes = (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef))
     plain = [each for node in classes for each in functions_of(node) if not each.decorator_list]
     return {each.name for each in plain if not _begins_with_self(each)}
 
@@ -482,7 +480,7 @@ def _begins_with_self(function: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
 
 def methods(source: str) -> set[str]:
     """Return the names of all methods of the program's classes."""
-    classes = (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef))
+    classes = (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef))
     return {function.name for node in classes for function in functions(node)}
 
 
@@ -491,7 +489,7 @@ def misspelt_init(source: str, cls: str = "") -> str:
 
     Looks in the class `cls`, or in all classes.
     """
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         if isinstance(node, ast.ClassDef) and cls in ("", node.name):
             names = [method.name for method in functions(node)]
             wrong = [
@@ -510,7 +508,7 @@ def outside_of_its_class(name: str, source: str) -> tuple[int, str] | None:
     None if there is no such function, or a method of this name as well.
     """
     tree = parse(source)
-    if name in {each.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef) for each in functions_of(node)}:
+    if name in {each.name for node in walk(tree) if isinstance(node, ast.ClassDef) for each in functions_of(node)}:
         return None
     around = {each: function.name for function in functions(tree) for each in functions(function) if each != function}
     for each in functions(tree):
@@ -527,22 +525,22 @@ def functions_of(node: ast.ClassDef) -> list[ast.FunctionDef | ast.AsyncFunction
 def spins_once(source: str) -> ast.Call | None:
     """Return the call of `spin_once` with which a program spins, if that is outside of a loop and the only one."""
     tree = parse(source)
-    spins = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
-    loops = (node for node in ast.walk(tree) if isinstance(node, (ast.For, ast.While)))
-    repeated = any(spins[0] in ast.walk(loop) for loop in loops) if spins else False
+    spins = [node for node in walk(tree) if isinstance(node, ast.Call) and "spin" in name_of(node.func)]
+    loops = (node for node in walk(tree) if isinstance(node, (ast.For, ast.While)))
+    repeated = any(spins[0] in walk(loop) for loop in loops) if spins else False
     return spins[0] if len(spins) == 1 and name_of(spins[0].func) == "spin_once" and not repeated else None
 
 
 def set_on_self(tree: ast.AST) -> Iterator[ast.Attribute]:
     """Yield the attributes that a text sets on `self`: `self.enabled = False`."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
             yield node
 
 
 def hidden_method(source: str, name: str = "") -> tuple[str, int] | None:
     """Return the method (`name`, or any) that an attribute hides, and the line: `self.enable = False`, `def enable`."""
-    for made in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
+    for made in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef)):
         stored: dict[str, int] = {}
         for node in set_on_self(made):
             stored[node.attr] = min(node.lineno, stored.get(node.attr, node.lineno))
@@ -555,7 +553,7 @@ def hidden_method(source: str, name: str = "") -> tuple[str, int] | None:
 def spins_a_class(source: str) -> tuple[str, str, int] | None:
     """Return a call that spins a class of the program in place of a node of it: the call, the class, and the line."""
     tree = parse(source)
-    classes = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
+    classes = {node.name for node in walk(tree) if isinstance(node, ast.ClassDef)}
     for name in ("spin", "spin_once", "spin_until_future_complete", "add_node"):
         for call in calls(tree, name):
             if call.args and name_of(call.args[0]) in classes:
@@ -581,7 +579,7 @@ def _makers(tree: ast.AST) -> set[str]:
     """Return the names of the functions that make a function, and may return it."""
     made = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
     found = functions(tree)
-    return {each.name for each in found if any(isinstance(node, made) for node in ast.walk(each) if node is not each)}
+    return {each.name for each in found if any(isinstance(node, made) for node in walk(each) if node is not each)}
 
 
 def wrong_return(source: str) -> tuple[str, int, str] | None:
@@ -621,7 +619,7 @@ def wrong_return(source: str) -> tuple[str, int, str] | None:
 
 def _assigned(function: ast.AST, name: str) -> list[ast.Assign]:
     """Return the assignments to a name in a function."""
-    found = (node for node in ast.walk(function) if isinstance(node, ast.Assign))
+    found = (node for node in walk(function) if isinstance(node, ast.Assign))
     return [node for node in found if any(isinstance(each, ast.Name) and each.id == name for each in node.targets)]
 
 
@@ -648,7 +646,7 @@ def _is_no_response(value: ast.expr) -> bool:
 
 def _holds_no_response(function: ast.AST, name: str) -> bool:
     """Return True if all that a function assigns to a name is no response."""
-    stored = [node for node in ast.walk(function) if isinstance(node, ast.Name) and node.id == name
+    stored = [node for node in walk(function) if isinstance(node, ast.Name) and node.id == name
               and isinstance(node.ctx, ast.Store)]  # fmt: skip
     given = [node.value for node in _assigned(function, name)]
     plain = all(_is_no_response(value) and not isinstance(value, ast.Attribute) for value in given)
@@ -808,15 +806,11 @@ def never_begins(source: str) -> tuple[str, int] | None:
     name = "handle_accepted_callback"
     given = [argument(call, 9, name) for call in calls(tree, "ActionServer")]
     given += [
-        each.value
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Call)
-        for each in node.keywords
-        if each.arg == name
+        each.value for node in walk(tree) if isinstance(node, ast.Call) for each in node.keywords if each.arg == name
     ]
     bare = {id(node.value) for node in bare_statements(tree)} | {id(each.body) for each in _named_alone(given)}
     begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
-                 and id(node) not in bare for node in ast.walk(tree))  # fmt: skip
+                 and id(node) not in bare for node in walk(tree))  # fmt: skip
     for each in given if not begins else ():
         if isinstance(each, ast.Lambda) and (each in _named_alone(given) or not _keeps(each)):
             return ast.unparse(each), each.lineno
@@ -840,29 +834,27 @@ def _keeps(function: ast.Lambda) -> bool:
     """Return True if a lambda hands its argument on to something that may keep it."""
     names = {each.arg for each in function.args.args}
     shown = isinstance(function.body, ast.Call) and name_of(function.body.func) in ("print", "info")
-    return not shown and any(isinstance(each, ast.Name) and each.id in names for each in ast.walk(function.body))
+    return not shown and any(isinstance(each, ast.Name) and each.id in names for each in walk(function.body))
 
 
 def bare_statements(tree: ast.AST) -> Iterator[ast.Expr]:
     """Yield the statements that only name an attribute, such as `goal_handle.execute`."""
-    return (node for node in ast.walk(tree) if isinstance(node, ast.Expr) and isinstance(node.value, ast.Attribute))
+    return (node for node in walk(tree) if isinstance(node, ast.Expr) and isinstance(node.value, ast.Attribute))
 
 
 def empty_executor(source: str) -> tuple[str, int] | None:
     """Return the call that spins an executor to which a program adds no node, and its line; None if none does."""
     tree = parse(source)
-    if "add_node" in source or any(
-        isinstance(node, ast.Attribute) and node.attr == "executor" for node in ast.walk(tree)
-    ):
+    if "add_node" in source or any(isinstance(node, ast.Attribute) and node.attr == "executor" for node in walk(tree)):
         return None
     made = {
         ast.unparse(target)
-        for node in ast.walk(tree)
+        for node in walk(tree)
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call)
         if name_of(node.value.func) in ("MultiThreadedExecutor", "SingleThreadedExecutor")
         for target in node.targets
     }
-    handed = {ast.unparse(each) for node in ast.walk(tree) if isinstance(node, ast.Call)
+    handed = {ast.unparse(each) for node in walk(tree) if isinstance(node, ast.Call)
               for each in (*node.args, *(keyword.value for keyword in node.keywords))}  # fmt: skip
     for call in calls(tree, "spin"):
         if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in made - handed:
@@ -879,13 +871,13 @@ def unspun_executor(source: str) -> tuple[str, int, str] | None:
     spins = [call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"]
     if len(spins) != 1 or len(spins[0].args) + len(spins[0].keywords) != 1:
         return None
-    for node in ast.walk(tree):
+    for node in walk(tree):
         made = node.value if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) else None
         if not isinstance(made, ast.Call) or name_of(made.func) != "MultiThreadedExecutor":
             continue
         name = ast.unparse(node.targets[0])  # type: ignore[attr-defined]
-        used = [each.attr for each in ast.walk(tree) if isinstance(each, ast.Attribute) and name_of(each.value) == name]
-        named_there = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == name]
+        used = [each.attr for each in walk(tree) if isinstance(each, ast.Attribute) and name_of(each.value) == name]
+        named_there = [each for each in walk(tree) if isinstance(each, ast.Name) and each.id == name]
         if "add_node" in used and {*used} <= {"add_node", "shutdown"} and len(named_there) == len(used) + 1:
             return name, node.lineno, ast.unparse(spins[0])  # type: ignore[attr-defined]
     return None
@@ -903,7 +895,7 @@ def made_in_a_callback(source: str) -> tuple[int, str] | None:
     names = {name_of(argument(call, *CALLBACKS[maker])) for maker in makers for call in calls(tree, maker)}
     for function in named(tree, names):
         for statement in function.body:
-            if any(isinstance(node, (ast.Return, ast.Raise)) for node in ast.walk(statement)):
+            if any(isinstance(node, (ast.Return, ast.Raise)) for node in walk(statement)):
                 break  # what follows may run only once
             made = statement.value if isinstance(statement, (ast.Assign, ast.Expr)) else None
             if isinstance(made, ast.Call) and name_of(made.func) == "publish" and isinstance(made.func, ast.Attribute):
@@ -955,7 +947,7 @@ def wrong_range(source: str) -> tuple[int, str, str, str] | None:
     Its line, its name (as written), and the fields of the descriptor that it has and needs; None if there is none.
     """
     tree = parse(source)
-    stored = sorted((node for node in ast.walk(tree) if isinstance(node, ast.Assign)), key=lambda node: node.lineno)
+    stored = sorted((node for node in walk(tree) if isinstance(node, ast.Assign)), key=lambda node: node.lineno)
     for call in calls(tree, "declare_parameter"):
         before = (node for node in stored if node.lineno < call.lineno)
         made = {name_of(target): node.value for node in before for target in node.targets}  # the last of a name
@@ -986,7 +978,7 @@ def wrong_guard(source: str) -> tuple[str, int] | None:
 
 
 def _is_false_when_run(test: ast.expr) -> bool:
-    nodes = [node for node in ast.walk(test) if not isinstance(node, ast.expr_context)]
+    nodes = [node for node in walk(test) if not isinstance(node, ast.expr_context)]
     if not all(isinstance(node, OF_GUARDS) and getattr(node, "id", "__name__") == "__name__" for node in nodes):
         return False
     return not eval(ast.unparse(test), {"__name__": "__main__", "__builtins__": {}})
@@ -994,5 +986,5 @@ def _is_false_when_run(test: ast.expr) -> bool:
 
 def class_text(source: str, name: str) -> str:
     """Return the last class `name` of a program in a form that comments and blank lines do not change; '' if none."""
-    found = [node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == name]
+    found = [node for node in walk(parse(source)) if isinstance(node, ast.ClassDef) and node.name == name]
     return ast.dump(found[-1]) if found else ""

@@ -4,6 +4,7 @@ import ast
 from collections.abc import Iterator
 
 from course.explaining.source import Function, calls, functions, inside, name_of
+from course.foundation.syntax import walk
 
 PURE = {"abs", "bool", "isinstance", "len", "max", "min", "repr", "round", "sorted", "str", "sum"}  # without any effect
 OF_NUMPY = {"abs", "absolute", "arange", "array", "clip", "concatenate", "deg2rad", "degrees", "isfinite", "isinf",
@@ -32,9 +33,9 @@ LONG = 60  # characters of an expression that are shown
 def thrown_away(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield each such place as its line and a sentence."""
     own = {each.name for each in functions(tree)} | {node.name for node in tree.body if isinstance(node, ast.ClassDef)}
-    own |= {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    own |= {node.id for node in walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
     for function in functions(tree):
-        tried = {id(each) for node in inside(function) if _may_only_try(node) for each in ast.walk(node)}
+        tried = {id(each) for node in inside(function) if _may_only_try(node) for each in walk(node)}
         for block, loops in _blocks(function):
             for statement in block:
                 value = statement.value if isinstance(statement, ast.Expr) else None
@@ -85,14 +86,14 @@ def _is_lost(value: ast.expr, function: Function, own: set[str], block: list[ast
             and isinstance(value.ops[0], ast.Eq)
             and isinstance(value.left, (ast.Attribute, ast.Name))
         )
-        return not told and not any(isinstance(node, EFFECTS) for node in ast.walk(value))
+        return not told and not any(isinstance(node, EFFECTS) for node in walk(value))
     if isinstance(value, ast.Name):
         return _is_kept(value.id, function)
     if isinstance(value, ast.Constant):
         return _is_answer(value, function, block)
     if not isinstance(value, COMPUTED) or (isinstance(value, (ast.Dict, ast.List, ast.Tuple)) and not _parts(value)):
         return False
-    return all(_has_no_effect(node, own) for node in ast.walk(value))
+    return all(_has_no_effect(node, own) for node in walk(value))
 
 
 def _parts(value: ast.Dict | ast.List | ast.Tuple) -> list[ast.expr]:
@@ -110,7 +111,7 @@ def _is_answer(value: ast.Constant, function: Function, block: list[ast.stmt]) -
     """Return True for a word or a number that ends a branch of a function whose other branches return the like."""
     of_a_branch = block is not function.body and getattr(block[-1], "value", None) is value
     returned = [node.value for node in inside(function) if isinstance(node, ast.Return) and node.value]
-    kinds = {type(node.value) for each in returned for node in ast.walk(each) if isinstance(node, ast.Constant)}
+    kinds = {type(node.value) for each in returned for node in walk(each) if isinstance(node, ast.Constant)}
     plain = not isinstance(value.value, str) or (bool(value.value.strip()) and len(value.value.split()) == 1)
     return of_a_branch and plain and value.value not in (None, ...) and type(value.value) in kinds
 
@@ -142,8 +143,8 @@ def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]
                  and len(each.args) == 1 and isinstance(each.args[0], ast.Name)]  # fmt: skip
         if not given or len(given) < len(each_call):
             continue
-        others = [each for each in ast.walk(tree) if name_of(each) in OTHER_NUMBERS]
-        made = [(each.targets[0], each.value) for each in ast.walk(tree) if isinstance(each, ast.Assign)]
+        others = [each for each in walk(tree) if name_of(each) in OTHER_NUMBERS]
+        made = [(each.targets[0], each.value) for each in walk(tree) if isinstance(each, ast.Assign)]
         sent = {name_of(kept) for target, kept in made if name_of(getattr(target, "value", None)) not in ("", "self")}
         for call in (*calls(tree, "Request"), *calls(tree, "Goal")):
             sent |= {name_of(each.value) for each in call.keywords}

@@ -17,6 +17,7 @@ from course.explaining.source import (
     service_callbacks,
     written_number,
 )
+from course.foundation.syntax import walk
 
 MILLISECONDS = 1e6  # nanoseconds in one
 NOW = {"now", "monotonic", "time", "perf_counter"}
@@ -65,7 +66,7 @@ def _answers_later(tree: ast.Module) -> Iterator[tuple[int, str]]:
             continue
         for call in (node for node in nodes if isinstance(node, ast.Call) and name_of(node.func) in LATER):
             given = [*call.args, *(each.value for each in call.keywords)]
-            if response in {name_of(each) for one in given for each in ast.walk(one) if isinstance(each, ast.Name)}:
+            if response in {name_of(each) for one in given for each in walk(one) if isinstance(each, ast.Name)}:
                 yield (
                     call.lineno,
                     (
@@ -81,7 +82,7 @@ WAITS = {"join", "result", "wait", "acquire", "get", "sleep", "spin_once", "spin
 
 def _cancels_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the places where an execute callback asks for a cancel in a text that never ends a goal as canceled."""
-    if any(isinstance(node, ast.Attribute) and node.attr == "canceled" for node in ast.walk(tree)):
+    if any(isinstance(node, ast.Attribute) and node.attr == "canceled" for node in walk(tree)):
         return
     names = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")} - {""}
     for function in named(tree, names):
@@ -117,7 +118,7 @@ def _first_rounds(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 def _empty_slices(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the slices of a scan's ranges that should go on from the last beams to the first: `ranges[-25:25]`."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice) and name_of(node.value) == "ranges":
             low, high = node.slice.lower, written_number(node.slice.upper)
             last = (
@@ -133,9 +134,9 @@ def _empty_slices(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 def _new_locks(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the locks that a method of a class makes and locks itself, so that each call has one of its own."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         for function in (each for each in functions_of(cls) if each.name != "__init__"):
-            nodes = [*ast.walk(function)]
+            nodes = [*walk(function)]
             used = {node.func.value for node in nodes if isinstance(node, ast.Call)
                     and isinstance(node.func, ast.Attribute) and node.func.attr in ("acquire", "release")}  # fmt: skip
             used |= {node.context_expr for node in nodes if isinstance(node, ast.withitem)}
@@ -169,7 +170,7 @@ def _returns(body: list[ast.stmt]) -> bool:
 
 def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield comparisons of a time in milliseconds with a number that is meant in seconds: `.nanoseconds / 1e6 < 1`."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if not (isinstance(node, ast.Compare) and len(node.ops) == 1):
             continue
         for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
@@ -193,13 +194,13 @@ def _milliseconds(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 def _negative_ages(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield ages with their times swapped: `self.came - self.get_clock().now() < limit`."""
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         stored: dict[str, list[ast.AST]] = {}
-        for node in (each for each in ast.walk(cls) if isinstance(each, (ast.Assign, ast.AugAssign))):
+        for node in (each for each in walk(cls) if isinstance(each, (ast.Assign, ast.AugAssign))):
             for target, value in _pairs(node) if isinstance(node, ast.Assign) else [(node.target, node)]:
                 stored.setdefault(ast.unparse(target), []).append(value)
         past = {name for name, values in stored.items() if name.startswith("self.") and _are_of_the_past(values)}
-        for asked in (each for each in ast.walk(cls) if isinstance(each, ast.Compare)):
+        for asked in (each for each in walk(cls) if isinstance(each, ast.Compare)):
             age, below = _made(asked.left, cls), isinstance(asked.ops[0], (ast.Lt, ast.LtE))
             if isinstance(age, ast.BinOp) and isinstance(age.op, ast.Sub) and below and len(asked.ops) == 1:
                 then, now = ast.unparse(age.left), ast.unparse(age.right)
@@ -214,10 +215,8 @@ def _made(value: ast.expr, cls: ast.ClassDef) -> ast.expr:
     """Return what a variable is set to, if the class sets one of that name once; the value itself otherwise."""
     if not isinstance(value, ast.Name):
         return value
-    stored = [node for node in ast.walk(cls) if isinstance(node, ast.Name) and node.id == value.id]
-    made = [
-        node for node in ast.walk(cls) if isinstance(node, ast.Assign) and value.id in map(ast.unparse, node.targets)
-    ]
+    stored = [node for node in walk(cls) if isinstance(node, ast.Name) and node.id == value.id]
+    made = [node for node in walk(cls) if isinstance(node, ast.Assign) and value.id in map(ast.unparse, node.targets)]
     once = sum(isinstance(node.ctx, ast.Store) for node in stored) == len(made) == 1
     return made[0].value if once else value
 

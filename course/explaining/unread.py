@@ -15,6 +15,7 @@ from course.explaining.source import (
     named,
     service_callbacks,
 )
+from course.foundation.syntax import walk
 
 LIKE = 0.85  # least similarity of two attributes' names that should be the same
 LIKE_NONE = 0.7  # the same, if the one that is read is set to None and to nothing else
@@ -26,7 +27,7 @@ def unread(tree: ast.AST, *, whole: bool) -> Iterator[tuple[int, str]]:
 
     Attributes are looked at only in a `whole` file: those of a cell's class may be read in another cell.
     """
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     if BY_NAME.intersection(map(name_of, nodes)):
         return
     given = {each.arg for function in named(tree, service_callbacks(tree)) for each in function.args.args[-2:]}
@@ -70,12 +71,12 @@ def _answers(tree: ast.AST, read: Collection[str] | None) -> Iterator[tuple[ast.
 
 def _without_self(cls: ast.ClassDef, told: Collection[ast.Assign]) -> Iterator[tuple[int, str]]:
     """Yield variables of a method that nothing reads, and that are called like an attribute which its class reads."""
-    attributes = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute) and _is_of_self(node)]
+    attributes = [node for node in walk(cls) if isinstance(node, ast.Attribute) and _is_of_self(node)]
     read = {node.attr for node in attributes if isinstance(node.ctx, ast.Load)} - {
         each.name for each in functions_of(cls)
     }
     for function in functions_of(cls):
-        kept = {node.attr for node in ast.walk(function) if node in attributes and isinstance(node.ctx, ast.Store)}
+        kept = {node.attr for node in walk(function) if node in attributes and isinstance(node.ctx, ast.Store)}
         for body in _bodies(function):
             for statement, target in _assigned(body):
                 name = target.id if isinstance(target, ast.Name) else ""
@@ -97,14 +98,14 @@ def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, s
              if _is_of_self(target) and isinstance(statement.value, ast.Constant)}  # fmt: skip
     for function in functions_of(cls):
         given = [each.arg for each in function.args.args[1:]]
-        own = [node for node in ast.walk(function) if isinstance(node, ast.Attribute) and _is_of_self(node)]
+        own = [node for node in walk(function) if isinstance(node, ast.Attribute) and _is_of_self(node)]
         for body in _bodies(function):
             for statement, target in _assigned(body):
                 name, value = target.id if isinstance(target, ast.Name) else "", first.get(name_of(target))
                 of_the_call = isinstance(statement.value, ast.Attribute) and name_of(statement.value.value) in given
                 once = sum(node.attr == name for node in stored) == 1 and name not in map(name_of, own)
                 read = any(isinstance(node, ast.Attribute) and node.attr == name and _is_of_self(node)
-                           for node in ast.walk(cls) if node not in stored)  # fmt: skip
+                           for node in walk(cls) if node not in stored)  # fmt: skip
                 if isinstance(value, bool) and of_the_call and once and read and _uses(function, name):
                     text = f"`{name}` is a variable of '{function.name}' alone, and nothing sets `self.{name}`, which"
                     yield statement.lineno, f"{text} stays {value}. To set that, write `self.{name} = ...`."
@@ -113,7 +114,7 @@ def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, s
 def _misspelt(cls: ast.ClassDef, read: set[str]) -> Iterator[tuple[int, str]]:
     """Yield attributes that nothing reads, called nearly like one that `__init__` sets and something reads."""
     begins = next((each for each in functions_of(cls) if each.name == "__init__"), None)
-    stored = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+    stored = [node for node in walk(cls) if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
     stored = [node for node in stored if _is_of_self(node)]
     first = {node.attr for node in stored if begins and begins.lineno <= node.lineno <= (begins.end_lineno or 0)}
     for node in stored:
@@ -129,7 +130,7 @@ def only_none(cls: ast.ClassDef) -> set[str]:
     """Return the attributes that a class sets to None, and to nothing else, by its text."""
     if next(calls(cls, "setattr"), None):
         return set()
-    nodes = [*ast.walk(cls)]
+    nodes = [*walk(cls)]
     none = [
         target
         for node in nodes
@@ -167,7 +168,7 @@ def _fields_set(body: list[ast.stmt], owner: str) -> set[str]:
 
 def _uses(function: ast.AST, name: str) -> bool:
     """Return True if a function reads or deletes a variable, or says that it is not its own."""
-    nodes = [*ast.walk(function)]
+    nodes = [*walk(function)]
     return any(name in node.names for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal))) or any(
         node.id == name and not isinstance(node.ctx, ast.Store) for node in nodes if isinstance(node, ast.Name)
     )

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 from rclpy.node import Node
 
 from course.explaining.source import Function, argument, calls, functions_of, inside, name_of, node_classes
+from course.foundation.syntax import walk
 
 RESULTS = ("SetParametersResult",)  # what only a `return` hands on
 
@@ -17,7 +18,7 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
     parameters is looked at in a cell, too, if it starts the class.
     """
     yield from _results(tree)
-    nodes = [*ast.walk(tree)]
+    nodes = [*walk(tree)]
     used = {node.attr for node in nodes if isinstance(node, ast.Attribute)}
     used |= {node.id for node in nodes if isinstance(node, ast.Name)}
     texts = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
@@ -34,7 +35,7 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
 
 def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the results of a check that are made and not returned."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         made = node.value if isinstance(node, ast.Expr) else None
         if isinstance(made, ast.Call) and name_of(made.func) in RESULTS:
             name = ast.unparse(made.func)
@@ -66,7 +67,7 @@ def _reads_parameters(method: Function, given: str) -> bool:
     """Return True if a method reads name and value of each of what it is given."""
     for loop in (node for node in inside(method) if isinstance(node, ast.For)):
         if ast.unparse(loop.iter) == given and isinstance(loop.target, ast.Name):
-            read = {each.attr for each in ast.walk(loop) if isinstance(each, ast.Attribute)
+            read = {each.attr for each in walk(loop) if isinstance(each, ast.Attribute)
                     and name_of(each.value) == loop.target.id}  # fmt: skip
             return {"name", "value"} <= read
     return False

@@ -25,6 +25,7 @@ from course.explaining.source import (
     named,
     parse,
 )
+from course.foundation.syntax import walk
 
 Hint = Callable[[re.Match[str], str, str], str]
 PARTS = ("Request", "Response", "Goal", "Result", "Feedback")
@@ -58,7 +59,7 @@ def _client_called(found: re.Match[str], source: str, code: str) -> str:
     }
     maker, method, what = makers[found[1]]
     tree, named_so = parse(source), {*map(ast.unparse, called(code))}
-    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Assign)):
+    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
         if name_of(getattr(node.value, "func", None)) == maker:
             for client in named_so & {*map(ast.unparse, node.targets)}:
                 if not hidden_method(source, client.rpartition(".")[2]):
@@ -68,7 +69,7 @@ def _client_called(found: re.Match[str], source: str, code: str) -> str:
 
 def _result_awaited(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `await client.call_async(request).result()`."""
-    for node in ast.walk(line_tree(code)):
+    for node in walk(line_tree(code)):
         asked = node.value.func if isinstance(node, ast.Await) and isinstance(node.value, ast.Call) else None
         future = asked.value if isinstance(asked, ast.Attribute) and asked.attr == "result" else None
         if isinstance(future, ast.Call) and name_of(future.func).endswith("_async"):
@@ -81,7 +82,7 @@ SECTORS = {"front", "left", "right"}
 
 def _keys_unpacked(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `front, right = distances`, which takes the keys of the dict of an agent."""
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], (ast.List, ast.Tuple)):
             names = [name_of(each) for each in node.targets[0].elts]
             if isinstance(node.value, ast.Name) and SECTORS.issuperset(names):
@@ -94,7 +95,7 @@ def _function_indexed(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on square brackets after a function that was not called, here or where an attribute keeps it."""
     tree = parse(source)
     own = {each.name for each in functions(tree)}
-    nodes = [*ast.walk(line_tree(code))]
+    nodes = [*walk(line_tree(code))]
     read = [node for node in nodes if isinstance(node, (ast.Attribute, ast.Name))]
     indexed = [node.value for node in nodes if isinstance(node, ast.Subscript)]
     for node in (each for each in read if isinstance(each, ast.Name) or name_of(each.value) == "self"):
@@ -115,7 +116,7 @@ def _function_indexed(found: re.Match[str], source: str, code: str) -> str:
 
 def _set_to(tree: ast.AST, node: ast.expr) -> list[ast.Assign]:
     """Return the statements that set a variable or an attribute; those that set it among others are left out."""
-    found = (each for each in ast.walk(tree) if isinstance(each, ast.Assign))
+    found = (each for each in walk(tree) if isinstance(each, ast.Assign))
     return [each for each in found if ast.unparse(node) in map(ast.unparse, each.targets)]
 
 
@@ -152,7 +153,7 @@ def _of_the_client(found: re.Match[str], source: str, code: str) -> str:
         made = next(calls(tree, "create_service"), None)
         where = f" in line {made.lineno}" if made else ""
         return f"This is a server: `create_service`{where} makes it. A client is made by `create_client`."
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)) == "create_client":
             client = ast.unparse(node.targets[0])
             if f"self.{found[2]}(" in code and client.startswith("self."):
@@ -226,10 +227,10 @@ def _is_text(name: str, code: str, tree: ast.Module) -> bool:
         named_so = str(getattr(argument(call, 0, "name"), "value", "")).endswith("name")  # `joint_name`
         if named_so and isinstance(value := argument(call, 1, "value"), ast.Name) and value.id == name:
             return True
-    for node in ast.walk(line_tree(code)):
+    for node in walk(line_tree(code)):
         if isinstance(node, ast.Compare) and name in map(name_of, node.comparators):
             left = ast.unparse(node.left)
-            for other in (each for each in ast.walk(tree) if isinstance(each, ast.Compare)):
+            for other in (each for each in walk(tree) if isinstance(each, ast.Compare)):
                 text = getattr(other.comparators[0], "value", None)
                 if ast.unparse(other.left) == left and isinstance(text, str):
                     return True
@@ -271,7 +272,7 @@ def _first_the_node(found: re.Match[str], source: str, code: str) -> str:
 
 def _no_base(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a class that is meant to be a node, and names no base."""
-    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef) and not node.bases):
+    for cls in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef) and not node.bases):
         if any(covers(cls, call.lineno) and "super().__init__(" in ast.unparse(call)
                for call in calls(cls, "__init__")):  # fmt: skip
             return f"The class {cls.name} has no base, and so is no node: write `class {cls.name}(Node):`."

@@ -7,6 +7,8 @@ import threading
 from collections.abc import Iterator
 
 TRIES = 5
+WALKED = "walked"  # where a node keeps what is below it
+WHOLE = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 MANY_DIGITS = re.compile(r"0[xob][\da-f_]{500}", re.IGNORECASE)  # perhaps too many for Python to write in decimal
 _one_at_a_time = threading.RLock()  # a finalizer that runs meanwhile may make a tree, too
 
@@ -19,6 +21,27 @@ class LongNumber(int):
 
     def __format__(self, form: str) -> str:
         return format(hex(self), form)
+
+
+def walk(tree: ast.AST) -> list[ast.AST]:
+    """Return what `ast.walk` yields; of a whole program, a class or a function it is kept, so the tree must not change.
+
+    Each look for a mistake walks over the functions of a text again, and there are more than a hundred.
+    """
+    known: list[ast.AST] | None = vars(tree).get(WALKED)
+    if known is not None:
+        return known
+    nodes = [tree]
+    for node in nodes:  # to which it adds
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if isinstance(value, list):
+                nodes.extend([each for each in value if isinstance(each, ast.AST)])
+            elif isinstance(value, ast.AST):
+                nodes.append(value)
+    if isinstance(tree, WHOLE):
+        vars(tree)[WALKED] = nodes
+    return nodes
 
 
 def imported(tree: ast.AST) -> Iterator[tuple[int, str]]:

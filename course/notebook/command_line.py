@@ -9,6 +9,7 @@ from course.explaining.failure_report import frame_at
 from course.explaining.mixups import assigned
 from course.explaining.outline import EXITS, uncalled_main
 from course.explaining.source import calls, functions, inside, name_of, parse, text_at
+from course.foundation.syntax import walk
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
 LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")  # methods that change a word's letters
@@ -23,7 +24,7 @@ def lost_status(file: str, status: int) -> str:
     source = text_at(Path(file))
     tree = parse(source)
     main = next((each for each in functions(tree) if each.name == "main"), None)
-    returns = [each.value for each in ast.walk(main) if isinstance(each, ast.Return)] if main else []
+    returns = [each.value for each in walk(main) if isinstance(each, ast.Return)] if main else []
     given_to = [each for name in EXITS for call in calls(tree, name) for each in call.args]
     for value in (each for each in (*returns, *given_to) if status == 0 and isinstance(each, ast.Constant)):
         if isinstance(value.value, int) and value.value and value.value % STATUSES == 0:
@@ -31,8 +32,8 @@ def lost_status(file: str, status: int) -> str:
                 f"\n{frame_at(file, value.lineno, source)}\nAn exit status is a number from 0 to 255, and of "
                 f"{value.value} the remainder is 0: take 1."
             )
-    for handler in (node for node in ast.walk(main or ast.Module([], [])) if isinstance(node, ast.ExceptHandler)):
-        for node in (each for statement in handler.body for each in ast.walk(statement)):
+    for handler in (node for node in walk(main or ast.Module([], [])) if isinstance(node, ast.ExceptHandler)):
+        for node in (each for statement in handler.body for each in walk(statement)):
             if isinstance(node, ast.Return) and node.value is None and status == 0 and any(returns):
                 return (
                     f"\n{frame_at(file, node.lineno, source)}\nThis returns None, which is the status 0: write "
@@ -44,7 +45,7 @@ def lost_status(file: str, status: int) -> str:
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status, and False is the "
                 "status 0: write `return 1`, for example."
             )
-    exits = sum(name_of(node) in EXITS for node in ast.walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
+    exits = sum(name_of(node) in EXITS for node in walk(tree) if isinstance(node, (ast.Attribute, ast.Name)))
     given = [call for name in EXITS for call in calls(tree, name) if "main" in map(name_of, map(_function, call.args))]
     if main and not any(returns) and status == 0 and len(given) == exits == 1:
         return (
@@ -52,7 +53,7 @@ def lost_status(file: str, status: int) -> str:
             "the status 0: return the status from main(), such as `return 1`."
         )
     for call in calls(tree, "main") if any(returns) and not exits and status == 0 else ():
-        if any(isinstance(node, ast.Expr) and node.value is call for node in ast.walk(tree)):
+        if any(isinstance(node, ast.Expr) and node.value is call for node in walk(tree)):
             return (
                 f"\n{frame_at(file, call.lineno, source)}\nThis drops what main() returns, and the exit status is 0: "
                 "write `sys.exit(main())`."
@@ -79,7 +80,7 @@ def printed_status(file: str, output: str, status: int) -> str:
     given = [name_of(getattr(each, "func", None)) for name in EXITS for call in calls(tree, name) for each in call.args]
     if status != 1 or main is None or "main" not in given or "Traceback" in output:
         return ""
-    returns = [node for node in ast.walk(main) if isinstance(node, ast.Return) and node.value]
+    returns = [node for node in walk(main) if isinstance(node, ast.Return) and node.value]
     for node in returns:
         if _is_no_status(node.value, source):
             return (
@@ -101,11 +102,11 @@ def _in_other_letters(tree: ast.Module, output: str) -> tuple[int, str, str] | N
 
     None if a variable may have the word in those of the comparison.
     """
-    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+    texts = [node.value for node in walk(tree) if isinstance(node, ast.Constant)]
     if any(next(calls(tree, name), None) for name in LETTERS):
         return None
     shown = {word.lower(): word for word in re.findall(r"\w+", output.strip().rpartition("\n")[2])}
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Compare) and len(node.ops) == 1 and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
                 word = getattr(other, "value", None) if isinstance(one, (ast.Name, ast.Attribute)) else None
@@ -126,14 +127,14 @@ def zero_is_false(file: str, option: str) -> str:
     def is_it(node: ast.AST) -> bool:
         return isinstance(node, (ast.Attribute, ast.Name)) and name_of(node).strip("_") == option
 
-    compared = [node for node in ast.walk(tree) if isinstance(node, ast.Compare)]
+    compared = [node for node in walk(tree) if isinstance(node, ast.Compare)]
     sides = [[node.left, *node.comparators] for node in compared]
     if any(any(map(is_it, each)) and any(isinstance(one, ast.Constant) for one in each) for each in sides):
         return ""
     defaults = [each.value for call in calls(tree, "add_argument") for each in call.keywords if each.arg == "default"]
     if any(getattr(each, "value", 0) is not None for each in defaults):
         return ""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         for asked in filter(is_it, asked_by(node)):
             text = ast.unparse(asked)
             return (
@@ -163,8 +164,8 @@ def return_in_finally(file: str) -> str:
     """Return lines about a `return` in a `finally` of main(), which drops what stands below it; '' if there is none."""
     source = text_at(Path(file))
     for main in (each for each in functions(parse(source)) if each.name == "main"):
-        for tried in (node for node in ast.walk(main) if isinstance(node, ast.Try)):
-            for node in (each for statement in tried.finalbody for each in ast.walk(statement)):
+        for tried in (node for node in walk(main) if isinstance(node, ast.Try)):
+            for node in (each for statement in tried.finalbody for each in walk(statement)):
                 if isinstance(node, ast.Return) and main.body[-1] is not tried:
                     return (
                         f"\n{frame_at(file, node.lineno, source)}\nThis `return` stands in `finally` and ends main() "
@@ -195,21 +196,21 @@ def kept_name(file: str) -> str:
     made = list(calls(tree, "remove_ros_args"))
     several = (
         each
-        for node in ast.walk(tree)
+        for node in walk(tree)
         for each in ([*node.targets] if isinstance(node, ast.Assign) else [])
         if isinstance(each, (ast.List, ast.Tuple))
     )
     longer = any(len(each.elts) > 3 or any(isinstance(one, ast.Starred) for one in each.elts) for each in several)
-    indices = [node.slice for node in ast.walk(tree) if isinstance(node, ast.Subscript)]
+    indices = [node.slice for node in walk(tree) if isinstance(node, ast.Subscript)]
     sliced = any(isinstance(each, ast.Slice) and each.lower is not None for each in indices)
     fourth = any(isinstance(each, ast.Constant) and each.value == 3 for each in indices)
-    taken_off = any(isinstance(node, ast.Delete) for node in ast.walk(tree))  # `del words[0]`
+    taken_off = any(isinstance(node, ast.Delete) for node in walk(tree))  # `del words[0]`
     taken_off |= any(next(calls(tree, name), None) for name in TAKES_OFF)
     if longer or sliced or fourth or taken_off:
         return _counted(tree, file, source)
     lines = [call.lineno for call in made] or [
         node.lineno
-        for node in ast.walk(tree)
+        for node in walk(tree)
         if isinstance(node, ast.Assign) and isinstance(node.targets[0], (ast.List, ast.Tuple))
         if any(map(_is_command_line, _parts(node.value)))
     ]
@@ -237,7 +238,7 @@ TAKES_OFF = ("islice", "next", "pop", "popleft", "remove")
 
 def _counted(tree: ast.Module, file: str, source: str) -> str:
     """Return lines about words without the program's name that are counted as if they had it: `len(words) != 4`."""
-    for node in (each for each in ast.walk(tree) if isinstance(each, ast.Compare) and len(each.ops) == 1):
+    for node in (each for each in walk(tree) if isinstance(each, ast.Compare) and len(each.ops) == 1):
         count, counted = node.comparators[0], node.left
         if not (isinstance(counted, ast.Call) and name_of(counted.func) == "len" and len(counted.args) == 1):
             continue

@@ -50,6 +50,7 @@ from course.explaining.source import (
 )
 from course.explaining.source import parse as parse_program
 from course.foundation import processes
+from course.foundation.syntax import walk
 from course.foundation.waiting import wait_until
 from course.interfaces.builder import build
 from course.interfaces.definition import SECTIONS, parse
@@ -443,10 +444,10 @@ def written_type(source: str, service: str) -> tuple[int, str]:
     named_so = ((call, getattr(argument(call, 1, "srv_name"), "value", "")) for call in calls(tree, "create_client"))
     made = [call for call, name in named_so if str(name).lstrip("/~") == service.lstrip("/")]
     kind = argument(made[0], 0, "srv_type") if len(made) == 1 else None
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    imports = [node for node in walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
     types = [f"{node.module}.{alias.name}".replace(".", "/") for node in imports for alias in node.names
              if isinstance(kind, ast.Name) and (alias.asname or alias.name) == kind.id]  # fmt: skip
-    other = any(each.name == name_of(kind) for each in ast.walk(tree) if isinstance(each, ast.ClassDef))
+    other = any(each.name == name_of(kind) for each in walk(tree) if isinstance(each, ast.ClassDef))
     if len(types) != 1 or other or not re.fullmatch(r"\w+/srv/\w+", types[0]):
         return 0, ""
     return made[0].lineno, types[0]
@@ -461,7 +462,7 @@ def why_silent(file: str) -> str:
         line, why = uncalled
         return f"\n{frame_at(file, line, source)}\n{why}" if line else f"\n{file}: {why}"
     tree = parse_program(source)
-    spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in ast.walk(tree))
+    spins = any("spin" in str(getattr(node, "attr", getattr(node, "id", ""))) for node in walk(tree))
     sent = next(calls(tree, "call_async"), None)
     if spins or sent is None:
         return return_in_finally(file) or unmet(file)
@@ -520,7 +521,7 @@ def hidden(file: str) -> str:
     It is a place to look at: whether anything was raised there is not known.
     """
     source = text_at(Path(file))
-    for node in ast.walk(parse_program(source)):
+    for node in walk(parse_program(source)):
         if isinstance(node, ast.ExceptHandler) and (node.type is None or ast.unparse(node.type) in EVERY):
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nThis catches every exception, also that of a misspelt name, "
@@ -550,7 +551,7 @@ def value_of(node: ast.expr | None, tree: ast.Module) -> float | None:
     if isinstance(node, ast.Constant):
         return written_number(node)
     if isinstance(node, ast.Name):
-        set_to = [each for each in ast.walk(tree) if isinstance(each, ast.Name) and each.id == node.id]
+        set_to = [each for each in walk(tree) if isinstance(each, ast.Name) and each.id == node.id]
         stored = [each for each in set_to if not isinstance(each.ctx, ast.Load)]
         made = [each for each in tree.body if isinstance(each, ast.Assign) and node.id in map(name_of, each.targets)]
         known = len(stored) == len(made) == 1 and isinstance(made[0].value, (ast.BinOp, ast.Constant))
@@ -570,7 +571,7 @@ def rate_in_a_timer(file: str) -> str:
     if "ThreadedExecutor(" in source or not list(calls(tree, "create_rate")):
         return ""
     names = {name_of(argument(call, *CALLBACKS["create_timer"])) for call in calls(tree, "create_timer")}
-    rates = {ast.unparse(target) for node in ast.walk(tree) if isinstance(node, ast.Assign)
+    rates = {ast.unparse(target) for node in walk(tree) if isinstance(node, ast.Assign)
              for target in node.targets if list(calls(node.value, "create_rate"))}  # fmt: skip
     for function in functions(tree):
         for call in calls(function, "sleep") if function.name in names else ():
@@ -588,7 +589,7 @@ PAUSES = re.compile(r"sleep|wait|spin|join|get$|read")  # calls that may pause a
 def _ends(loop: ast.While) -> bool:
     """Return True if a loop has a condition of its own, or leaves by itself."""
     always = isinstance(loop.test, ast.Constant) or ast.unparse(loop.test) == "rclpy.ok()"
-    return not always or any(isinstance(node, (ast.Break, ast.Return)) for node in ast.walk(loop))
+    return not always or any(isinstance(node, (ast.Break, ast.Return)) for node in walk(loop))
 
 
 def more_timers(file: str) -> str:
@@ -608,8 +609,8 @@ def more_timers(file: str) -> str:
                 f"'{function.name}' gets: the timer alone gives the commands their rate."
             )
     for function in functions(tree):
-        for loop in (each for each in ast.walk(function) if isinstance(each, ast.While)):
-            called = {name_of(node.func) for node in ast.walk(loop) if isinstance(node, ast.Call)}
+        for loop in (each for each in walk(function) if isinstance(each, ast.While)):
+            called = {name_of(node.func) for node in walk(loop) if isinstance(node, ast.Call)}
             if sending & called and not any(PAUSES.search(each) for each in called) and not _ends(loop):
                 return (
                     f"\n{frame_at(file, loop.lineno, source)}\nThis loop publishes without a pause. A timer, "
@@ -665,8 +666,8 @@ def own_variable(file: str) -> str:
                 f"of line {line}. To set that one, begin '{function.name}' with `global {name.id}`, or keep it in "
                 f"`self.{name.id}`."
             )
-    for cls in (node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)):
-        attributes = [node for node in ast.walk(cls) if isinstance(node, ast.Attribute)]
+    for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
+        attributes = [node for node in walk(cls) if isinstance(node, ast.Attribute)]
         kept = {node.attr for node in attributes if name_of(node.value) == "self"}
         for function in functions(cls):
             unread = _unread(function) if function.name in callbacks else []
@@ -680,9 +681,9 @@ def own_variable(file: str) -> str:
 
 def _unread(function: ast.AST) -> list[ast.Name]:
     """Return the places where a function sets a variable that it never reads."""
-    names = [node for node in ast.walk(function) if isinstance(node, ast.Name)]
+    names = [node for node in walk(function) if isinstance(node, ast.Name)]
     known = {node.id for node in names if not isinstance(node.ctx, ast.Store)}
-    outside = [node.names for node in ast.walk(function) if isinstance(node, (ast.Global, ast.Nonlocal))]
+    outside = [node.names for node in walk(function) if isinstance(node, (ast.Global, ast.Nonlocal))]
     return [node for node in names if node.id not in known.union(*outside)]
 
 
@@ -692,7 +693,7 @@ def shared_response(file: str) -> str:
     tree = parse_program(source)
     callbacks = service_callbacks(tree)
     for function in (each for each in functions(tree) if each.name in callbacks):
-        for node in (each for each in ast.walk(function) if isinstance(each, ast.Return)):
+        for node in (each for each in walk(function) if isinstance(each, ast.Return)):
             if isinstance(node.value, ast.Attribute) and ast.unparse(node.value.value) == "self":
                 at = frame_at(file, node.lineno, source)
                 return (
@@ -714,7 +715,7 @@ def sets_in_a_check(file: str) -> str:
                     "checked, and it stays so when that one is refused. An on-set callback must only look: a pre-set "
                     "callback may change what is set, and a post-set callback acts."
                 )
-        for node in ast.walk(function):
+        for node in walk(function):
             if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
                 return (
                     f"\n{frame_at(file, node.lineno, source)}\nThis changes `{ast.unparse(node)}` while a set is only "

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from course.explaining.failure_report import frame_at
 from course.explaining.source import argument, calls, name_of, parse, text_at
+from course.foundation.syntax import walk
 from course.notebook.judging import PERIOD, value_of
 
 ENOUGH = 24  # messages from which a rate can be told
@@ -63,9 +64,9 @@ def step_limit(file: str) -> tuple[float, str]:
     """
     source = text_at(Path(file))
     tree = parse(source)
-    kept = {ast.unparse(target): node.value for node in ast.walk(tree) if isinstance(node, ast.Assign)
+    kept = {ast.unparse(target): node.value for node in walk(tree) if isinstance(node, ast.Assign)
             for target in node.targets if isinstance(target, ast.Attribute)}  # fmt: skip
-    for node in ast.walk(tree):
+    for node in walk(tree):
         parts: list[ast.expr] = []
         if isinstance(node, ast.Call) and name_of(node.func) in LIMIT:
             parts = node.args

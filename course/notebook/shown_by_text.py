@@ -27,6 +27,7 @@ from course.explaining.source import (
 )
 from course.explaining.unmeant import NOW
 from course.explaining.unread import only_none
+from course.foundation.syntax import walk
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
 
@@ -51,9 +52,9 @@ def late_newest(file: str) -> str:
     executes = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
     for function in named(tree, executes):
         given = last_parameter(function)
-        stored = [node for node in ast.walk(tree) if isinstance(node, ast.Assign) and name_of(node.value) == given]
-        blocks = [node for node in ast.walk(function) if isinstance(node, ast.With)]
-        held = [node for node in stored if any(node in ast.walk(each) for each in blocks)]
+        stored = [node for node in walk(tree) if isinstance(node, ast.Assign) and name_of(node.value) == given]
+        blocks = [node for node in walk(function) if isinstance(node, ast.With)]
+        held = [node for node in stored if any(node in walk(each) for each in blocks)]
         if held and len(held) == len(stored) and all(isinstance(each.targets[0], ast.Attribute) for each in held):
             return (
                 f"\n{frame_at(file, held[0].lineno, source)}\nThis stores the new goal only when it has the lock, "
@@ -71,10 +72,8 @@ def unconverted(file: str) -> str:
     """Return a sentence on a program that uses the angles of a scan and sectors in degrees, and converts nothing."""
     tree = parse(text_at(Path(file)))
     code = ast.unparse(tree)  # without comments
-    numbers = {
-        node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and not isinstance(node.value, str)
-    }
-    called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    numbers = {node.value for node in walk(tree) if isinstance(node, ast.Constant) and not isinstance(node.value, str)}
+    called = {name_of(node.func) for node in walk(tree) if isinstance(node, ast.Call)}
     converts = called & {"degrees", "rad2deg", "radians", "deg2rad"} or re.search(
         r"\b(?:180|360|57\.|0\.017|deg=)", code
     )
@@ -100,7 +99,7 @@ def _by_the_last_angle(file: str) -> str:
     """Return lines on a program that takes the angles of a scan from its `angle_max`, without the increment."""
     source = text_at(Path(file))
     tree = parse(source)
-    read = [node for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr == "angle_max"]
+    read = [node for node in walk(tree) if isinstance(node, ast.Attribute) and node.attr == "angle_max"]
     if not read or "angle_increment" in ast.unparse(tree):
         return ""
     return (
@@ -125,9 +124,9 @@ def _of_the_sectors(file: str) -> str:
     """Return lines on the ends of a sector in the wrong order, or on the left, or on angles that are not turned."""
     source = text_at(Path(file))
     tree = parse(source)
-    ends = [(node.lineno, [*map(_number, node.elts)]) for node in ast.walk(tree)
+    ends = [(node.lineno, [*map(_number, node.elts)]) for node in walk(tree)
             if isinstance(node, (ast.Tuple, ast.List)) and len(node.elts) == 2]  # fmt: skip
-    ends += [(node.lineno, [_number(node.left), _number(node.comparators[1])]) for node in ast.walk(tree)
+    ends += [(node.lineno, [_number(node.left), _number(node.comparators[1])]) for node in walk(tree)
              if isinstance(node, ast.Compare) and len(node.ops) == 2
              and all(isinstance(each, (ast.Lt, ast.LtE)) for each in node.ops)]  # fmt: skip
     for line, (low, high) in ends:
@@ -157,16 +156,16 @@ def _of_the_sectors(file: str) -> str:
 
 def _never_negative(tree: ast.Module) -> int:
     """Return the line that brings angles to 0 to 360 degrees, if nothing else in the program may turn them; or 0."""
-    rests = [node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod)]
-    called = {name_of(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    rests = [node for node in walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mod)]
+    called = {name_of(node.func) for node in walk(tree) if isinstance(node, ast.Call)}
     if len(rests) != 1 or called & TURNING:
         return 0
-    circle = {*ast.walk(rests[0].right)}
+    circle = {*walk(rests[0].right)}
     if not any(_is_of_a_circle(node) for node in circle):
         return 0
-    sums = (node for node in ast.walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)))
-    turned = any(rests[0] in ast.walk(each) and each not in ast.walk(rests[0]) for each in sums)
-    elsewhere = any(_is_of_a_circle(node) for node in ast.walk(tree) if node not in circle)
+    sums = (node for node in walk(tree) if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)))
+    turned = any(rests[0] in walk(each) and each not in walk(rests[0]) for each in sums)
+    elsewhere = any(_is_of_a_circle(node) for node in walk(tree) if node not in circle)
     return 0 if turned or elsewhere else rests[0].lineno
 
 
@@ -181,7 +180,7 @@ def _kept_nothing(file: str) -> str:
     tree = parse(source)
     heard = {name_of(argument(call, *CALLBACKS["create_subscription"])) for call in calls(tree, "create_subscription")}
     for function in named(tree, heard):
-        nodes = [*ast.walk(function)]
+        nodes = [*walk(function)]
         stored = [node.value if isinstance(node, ast.Subscript) else node for node in nodes
                   if isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store)]  # fmt: skip
         keeps = any(isinstance(each, ast.Attribute) for each in stored)
@@ -195,7 +194,7 @@ def _kept_nothing(file: str) -> str:
     if none := still_none(file):
         return none
     for function in (each for each in functions(tree) if "fresh" in each.name):
-        for node in (each.value for each in ast.walk(function) if isinstance(each, ast.Return)):
+        for node in (each.value for each in walk(function) if isinstance(each, ast.Return)):
             older = isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Gt, ast.GtE))
             if older and isinstance(node, ast.Compare) and name_of(node.comparators[0]) == "FRESH":
                 return (
@@ -231,9 +230,9 @@ def unseen_scans(file: str) -> str:
     if len(heard) != 1 or "stamp" in source or any(next(calls(heard[0], name), None) for name in NOW):
         return ""
     own = {each.name for each in functions(tree)}
-    if any(name_of(node.func) in own for node in ast.walk(heard[0]) if isinstance(node, ast.Call) and _of_self(node)):
+    if any(name_of(node.func) in own for node in walk(heard[0]) if isinstance(node, ast.Call) and _of_self(node)):
         return ""  # which may keep the time
-    for node in (each for function in timed for each in ast.walk(function) if isinstance(each, ast.Assign)):
+    for node in (each for function in timed for each in walk(function) if isinstance(each, ast.Assign)):
         if isinstance(node.targets[0], ast.Attribute) and name_of(getattr(node.value, "func", None)) in NOW:
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nThis is the time of a command, not of a scan. Keep the time "
@@ -260,13 +259,13 @@ def published_only_if(file: str) -> str:
         if len(sends) != 1:
             continue
         at, why = sends[0].lineno, "A command must be published each time, also before the first scan."
-        branches = [node for node in ast.walk(function) if isinstance(node, ast.If)]
-        around = [node.lineno for node in branches if sends[0] in ast.walk(node)]
+        branches = [node for node in walk(function) if isinstance(node, ast.If)]
+        around = [node.lineno for node in branches if sends[0] in walk(node)]
         if around and not _publishes(function.body, sends[0]):
             return (
                 f"\n{frame_at(file, at, source)}\nThis runs in a branch of the `if` of line {min(around)} alone. {why}"
             )
-        ends = [each.lineno for node in branches for each in ast.walk(node) if isinstance(each, ast.Return)]
+        ends = [each.lineno for node in branches for each in walk(node) if isinstance(each, ast.Return)]
         if ends and min(ends) < at:
             return f"\n{frame_at(file, min(ends), source)}\nThis ends '{function.name}' without a command. {why}"
     return ""
@@ -280,7 +279,7 @@ def _publishes(body: list[ast.stmt], send: ast.Call) -> bool:
                 isinstance(statement, ast.Try) and _publishes(statement.finalbody, send)
             ):
                 return True
-        elif not isinstance(statement, (ast.If, ast.For, ast.While, ast.Match)) and send in ast.walk(statement):
+        elif not isinstance(statement, (ast.If, ast.For, ast.While, ast.Match)) and send in walk(statement):
             return True
     return False
 
@@ -301,7 +300,7 @@ def built_early(file: str, service: str) -> str:
                     continue
                 read, later = _attributes(statement, tree), body[number + 1 :]  # type: ignore[index]
                 changed = [node for each in later for node in _stored(each) if name_of(node) in read]
-                again = [node for each in later for node in ast.walk(each) if isinstance(node, ast.Attribute)
+                again = [node for each in later for node in walk(each) if isinstance(node, ast.Attribute)
                          and isinstance(node.ctx, ast.Store) and ast.unparse(node) == ast.unparse(target)]  # fmt: skip
                 if changed and not again:
                     return (
@@ -313,14 +312,14 @@ def built_early(file: str, service: str) -> str:
 
 def _attributes(statement: ast.stmt, tree: ast.AST) -> set[str]:
     """Return the attributes of the node that a statement reads, itself or by a method that it calls."""
-    called = {name_of(node.func) for node in ast.walk(statement) if isinstance(node, ast.Call) and _of_self(node)}
+    called = {name_of(node.func) for node in walk(statement) if isinstance(node, ast.Call) and _of_self(node)}
     parts = [statement, *named(tree, called)]
-    read = (node for part in parts for node in ast.walk(part) if isinstance(node, ast.Attribute))
+    read = (node for part in parts for node in walk(part) if isinstance(node, ast.Attribute))
     return {node.attr for node in read if name_of(node.value) == "self" and isinstance(node.ctx, ast.Load)}
 
 
 def _stored(statement: ast.stmt) -> list[ast.Attribute]:
-    nodes = [node for node in ast.walk(statement) if isinstance(node, ast.Attribute)]
+    nodes = [node for node in walk(statement) if isinstance(node, ast.Attribute)]
     return [node for node in nodes if name_of(node.value) == "self" and isinstance(node.ctx, ast.Store)]
 
 
@@ -371,7 +370,7 @@ def broken_chain(file: str, word: str, sets: str = "") -> str:
     for line, meant, why in operations(parse(source)):
         if meant == word and not sets:
             return f"\n{frame_at(file, line, source)}\n{why}"
-    for node in ast.walk(parse(source)):
+    for node in walk(parse(source)):
         body = getattr(node, "body", [])
         for number, before in enumerate(body if isinstance(body, list) else []):
             branch = next((each for each in _branches(before) if _compares(each.test)[1] == word), None)
@@ -385,9 +384,7 @@ def broken_chain(file: str, word: str, sets: str = "") -> str:
                     break
                 chains.append(after)
                 last = _last(after).orelse
-                if sets and sets not in map(
-                    name_of, (node for each in last for node in ast.walk(each) if _stores(node))
-                ):
+                if sets and sets not in map(name_of, (node for each in last for node in walk(each) if _stores(node))):
                     continue
                 if after.orelse and (last or None in asked):
                     more = " So do the others below it." if len(chains) > 1 else ""
@@ -456,8 +453,8 @@ def never_reads(file: str, field: str) -> str:
 def still_none(file: str) -> str:
     """Return lines on an attribute that a program reads, and sets to None alone; '' without one."""
     source = text_at(Path(file))
-    for cls in (node for node in ast.walk(parse(source)) if isinstance(node, ast.ClassDef)):
-        loaded = {node.attr: node for node in ast.walk(cls)
+    for cls in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef)):
+        loaded = {node.attr: node for node in walk(cls)
                   if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Load)}  # fmt: skip
         for name in sorted(only_none(cls) & {*loaded}):
             at = frame_at(file, loaded[name].lineno, source)
@@ -470,9 +467,9 @@ def another_name(file: str, name: str) -> str:
     source = text_at(Path(file))
     tree = parse(source)
     made = [*named(tree, parameter_callbacks(tree, "add_post_set_parameters_callback"))]
-    if any(getattr(node, "value", None) == name for function in made for node in ast.walk(function)):
+    if any(getattr(node, "value", None) == name for function in made for node in walk(function)):
         return ""
-    for node in (each for function in made for each in ast.walk(function) if isinstance(each, ast.Compare)):
+    for node in (each for function in made for each in walk(function) if isinstance(each, ast.Compare)):
         word = getattr(node.comparators[0], "value", None)
         if name_of(node.left) == "name" and isinstance(word, str):
             return (

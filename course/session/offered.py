@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from course.explaining.source import CALLBACKS, argument, calls, functions, name_of, parse
+from course.foundation.syntax import walk
 from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
@@ -108,12 +109,12 @@ def never_made(place: str, source: str, service: str) -> str:
 def _never_reached(tree: ast.Module) -> dict[ast.AST, int]:
     """Return what stands behind a `return` of its own block, with the line of the `return`."""
     found: dict[ast.AST, int] = {}
-    for block in ast.walk(tree):
+    for block in walk(tree):
         body = getattr(block, "body", None)
         body = body if isinstance(body, list) else []
         ends = next((number for number, each in enumerate(body) if isinstance(each, ast.Return)), len(body))
         for statement in body[ends + 1 :]:
-            found |= {node: found.get(node, body[ends].lineno) for node in ast.walk(statement)}
+            found |= {node: found.get(node, body[ends].lineno) for node in walk(statement)}
     return found
 
 
@@ -162,13 +163,13 @@ def _without_ros(source: str) -> bool:
 def _has_none(source: str, maker: str) -> bool:
     """Return True if a program, made of nothing but classes derived from Node, does not use `maker` at all."""
     tree = parse(source)
-    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    classes = [node for node in walk(tree) if isinstance(node, ast.ClassDef)]
     plain = all(name_of(base) == "Node" for each in classes for base in each.bases)
     return bool(classes) and plain and maker not in source and not _own_modules(tree)
 
 
 def _own_modules(tree: ast.AST) -> list[str]:
     """Return the modules that a program imports from files beside it."""
-    named = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
-    named += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    named = [node.module for node in walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    named += [alias.name for node in walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     return [name for name in named if Path(f"{name}.py").exists()]
