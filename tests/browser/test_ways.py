@@ -177,9 +177,19 @@ traffic._arrival.look(ros)
 print('looked')"""  # what is told of it has come to the page before this is printed
 
 
-def test_each_panel_is_opened_entered_and_left_with_the_keyboard_alone(lab, page):
+def test_on_a_narrow_page_the_notebook_has_the_room_and_each_panel_is_opened_entered_and_left_by_keys_alone(lab, page):
     write_greeter(lab[2] / "keys")
-    open_page(page, lab, "keys/keys.ipynb")
+    size = page.viewport_size
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.goto(f"{lab[0]}/lab/tree/keys/keys.ipynb?token={lab[1]}&reset")
+    page.wait_for_function("() => document.querySelector('.jp-NotebookPanel')?.getBoundingClientRect().width > 280")
+    page.set_viewport_size({"width": 640, "height": 400})  # one of 1280 px at 200 %
+    for name in ("Exercise", "Nodes", "Inspector", "Graph"):
+        tab = page.get_by_role("tab", name=name, exact=True)
+        tab.scroll_into_view_if_needed()
+        expect(tab).to_be_in_viewport(ratio=0.95)  # but for a part of a pixel
+    keep_picture(page, "tabs-of-a-low-page")
+    page.set_viewport_size(size)
     wait_for_kernel(page)
     within = "each => each.contains(document.activeElement)"
     notebook = page.locator(".jp-NotebookPanel:visible")
