@@ -12,6 +12,7 @@ import pytest
 from course_interfaces.action import Fibonacci
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
+from rclpy.impl import rcutils_logger
 
 from course.ros import rclpy_internals, rclpy_patches
 from course.session.started import sitecustomize
@@ -112,15 +113,35 @@ except FileNotFoundError:
     assert subprocess.check_output([sys.executable, "-c", asked], text=True, timeout=60) == "True\n"
 
 
-def test_a_program_that_the_session_starts_locks_its_action_clients_too(tmp_path):
-    program = "from rclpy.action import ActionClient\nprint(hasattr(ActionClient.send_goal_async, '__wrapped__'))"
+def test_a_log_line_still_looks_for_the_sources_of_its_callers():
+    """When this fails, rclpy itself reads no file for the line that logs: remove `find_callers_by_name`."""
+    assert "inspect.getframeinfo(frame).filename" in inspect.getsource(rcutils_logger)
+
+
+def test_a_log_line_has_its_place_and_reads_no_file(monkeypatch):
+    rclpy_patches.patch()
+    place = rcutils_logger.CallerId()
+    monkeypatch.setattr(inspect, "getframeinfo", None)
+    monkeypatch.setattr(os, "stat", None)
+    again = rcutils_logger.CallerId()
+    monkeypatch.undo()
+    name = "test_a_log_line_has_its_place_and_reads_no_file"
+    assert (place.function_name, place.file_path) == (again.function_name, again.file_path) == (name, __file__)
+    assert again.line_number == place.line_number + 3
+
+
+def test_a_program_that_the_session_starts_is_patched_too(tmp_path):
+    program = "from rclpy.action import ActionClient\nfrom rclpy.impl import rcutils_logger\n"
+    program += (
+        "print(hasattr(ActionClient.send_goal_async, '__wrapped__'), hasattr(rcutils_logger.inspect, 'getsource'))"
+    )
     with (tmp_path / "stacks").open("w") as stacks:
         variables = sitecustomize.environment(os.environ, stacks.fileno(), introspecting=False)
         command = [sys.executable, "-c", program]
         said = subprocess.check_output(
             command, text=True, env={**os.environ, **variables}, pass_fds=[stacks.fileno()], timeout=60
         )
-    assert said == "True\n"
+    assert said == "True False\n"
 
 
 def test_an_answer_waits_until_its_question_is_noted(node):

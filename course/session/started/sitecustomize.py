@@ -16,8 +16,8 @@ Exits: a program that calls `exit()` notes in the same file where it did, becaus
 Exceptions: rclpy 7.1.6 raises an exception of a callback that ran in a thread of a MultiThreadedExecutor only once the
 next callback is due.  Here that is at once.  It also gives the callback to its threads again and again until one has
 begun it, and keeps them from beginning while it does; here it waits a moment.  A response that its client cannot
-receive yet is sent again, and an action's client waits with an answer until its request is noted (see
-course/ros/rclpy_patches.py, which is loaded without the rest of the course).
+receive yet is sent again, an action's client waits with an answer until its request is noted, and what is logged reads
+no file (see course/ros/rclpy_patches.py, which is loaded without the rest of the course).
 
 Introspection is switched on when a service is made, by the same thread, and not later: rclpy does not promise that
 another thread may do it while an executor works.
@@ -111,11 +111,13 @@ def leave(*_: object) -> None:
 
 def patch(executors: Any) -> None:
     """Patch rclpy as soon as its executors are there."""
+    from rclpy.impl import rcutils_logger
     from rclpy.impl.implementation_singleton import rclpy_implementation
 
     patches = load_patches()
     patches.load_generator_later()
     patches.repeat_lost_responses(rclpy_implementation)
+    patches.find_callers_by_name(rcutils_logger)
     begin_and_raise_at_once(executors, patches.HANDED_OVER)
 
 
