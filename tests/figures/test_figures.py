@@ -6,6 +6,7 @@ import re
 import threading
 import time
 from collections.abc import Iterator
+from functools import cache
 from types import SimpleNamespace
 
 import matplotlib.colors
@@ -103,9 +104,15 @@ DRAWN = {
 }
 
 
+@cache
+def figure_of(name):
+    """One of these figures, for all tests that only look at it."""
+    return DRAWN[name]()
+
+
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_figure_is_a_picture_with_a_constant_text(name):
-    first, second = DRAWN[name](), DRAWN[name]()
+    first, second = figure_of(name), DRAWN[name]()
     png, metadata = first._repr_png_()
     assert png.startswith(b"\x89PNG") and metadata == {"alt": first.alt, "width": 600}
     assert int.from_bytes(png[16:20], "big") == 1200  # twice the page's pixels, for screens and paper that show them
@@ -133,13 +140,13 @@ ALTERNATIVES = {
 
 @pytest.mark.parametrize("name", ALTERNATIVES)
 def test_the_alternative_text_says_what_the_data_say(name):
-    alt = DRAWN[name]().alt
+    alt = figure_of(name).alt
     assert [words for words in ALTERNATIVES[name] if words.lower() not in alt.lower()] == [], alt
 
 
 @pytest.mark.parametrize("name", [name for name in DRAWN if not {"nothing", "sectors", "response"} & {*name.split()}])
 def test_axes_have_a_title_and_labels_with_units(name):
-    axes = [each for each in DRAWN[name]().figure.axes if each.axison]
+    axes = [each for each in figure_of(name).figure.axes if each.axison]
     assert axes[0].get_title(loc="left")
     assert all(each.get_xlabel() or each.get_shared_x_axes().joined(each, axes[-1]) for each in axes)
     assert axes[-1].get_xlabel()
@@ -150,7 +157,7 @@ PHONE = 358  # pixels: the width of a page's text on a telephone
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_on_a_telephone_every_text_is_large_enough_and_whole_and_none_is_over_another(name):
-    figure = DRAWN[name]().figure
+    figure = figure_of(name).figure
     figure.draw_without_rendering()
     beyond = {label for axes in figure.axes for label in _beyond(axes)}
     shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text().strip()]
@@ -189,7 +196,7 @@ def _looks(artists: Iterator[Artist]) -> set[tuple[bool, str]]:
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_every_mark_is_explained_in_the_legend_or_at_its_row(name):
-    figure = DRAWN[name]().figure
+    figure = figure_of(name).figure
     drawn = set[tuple[bool, str]]()
     for axes in figure.axes:
         if [label.get_text() for label in axes.get_yticklabels()] in ([*MOTIONS], [*palette.STATES]):
@@ -235,7 +242,7 @@ def test_no_two_bars_of_the_strip_overlap_and_each_is_as_wide_as_its_time():
 
 @pytest.mark.parametrize("name", [name for name in DRAWN if "nothing" not in name])
 def test_the_labels_of_axes_are_written_as_in_a_textbook(name):
-    figure = DRAWN[name]().figure
+    figure = figure_of(name).figure
     labels = [label for axes in figure.axes for label in (axes.get_xlabel(), axes.get_ylabel())]
     labels = [label for label in [*labels, figure.get_supylabel()] if label]
     counted = ("Number of decisions", "Number of the call", "Newest element", "Value of speed")  # they have no unit
@@ -281,19 +288,19 @@ def test_each_colour_is_seen_on_the_ground_and_keeps_its_hue_in_the_dark(name, t
 
 @pytest.mark.parametrize("name", ["timeline", "timeline on one clock"])
 def test_a_timeline_says_that_its_times_are_the_clients(name):
-    (legend,) = DRAWN[name]().figure.legends
+    (legend,) = figure_of(name).figure.legends
     assert legend.get_title().get_text() == "Each mark: when the client sends it, or receives it"
 
 
 def test_a_request_to_cancel_is_told_from_a_goal_without_its_colour():
-    axes = DRAWN["timeline"]().figure.axes[0]
+    axes = figure_of("timeline").figure.axes[0]
     ground = matplotlib.colors.to_rgba(palette.GROUND)
     hollow = [len(each.get_offsets()) for each in axes.collections if tuple(each.get_facecolor()[0]) == ground]
     assert hollow == [1]
 
 
 def test_refused_sets_are_not_on_the_line_of_values():
-    axes = DRAWN["changes"]().figure.axes[0]
+    axes = figure_of("changes").figure.axes[0]
     lines = {line.get_label(): list(line.get_ydata()) for line in axes.get_lines()}
     assert lines["speed"] == [1.0] and lines["accepted"] == [1.0]
 
@@ -364,7 +371,7 @@ def test_the_value_at_the_start_is_not_taken_for_a_set():
 
 
 def test_the_angle_and_the_effort_of_an_arm_are_drawn_with_what_was_done_to_it():
-    upper, lower = DRAWN["response"]().figure.axes
+    upper, lower = figure_of("response").figure.axes
     lines = {line.get_label(): list(line.get_ydata()) for line in upper.get_lines()}
     assert lines["angle"] == [0.0, 0.2] and lines["target"] == [1.0, 1.0]
     assert [text.get_text() for text in upper.texts] == ["ki = 2"]
@@ -393,7 +400,7 @@ def test_the_last_value_holds_to_the_edge_of_the_axis():
 
 
 def test_the_share_of_late_decisions_is_told():
-    (legend,) = DRAWN["latencies"]().figure.legends
+    (legend,) = figure_of("latencies").figure.legends
     assert [text.get_text() for text in legend.get_texts()] == [
         "fast: 0% too late",
         "slow: 100% too late",

@@ -214,7 +214,7 @@ def test_all_that_is_shown_of_a_drive_in_fast_mode_is_of_one_moment(kernel, page
         "ros.start(AIRobotController, parameters={'use_sim_time': True})"
     )
     shown_until(page, lambda known: (known.get("room") or {}).get("name") == "pillars")
-    kernel.client.execute("world.node.drive(120.0, answer_within=30.0)")
+    kernel.client.execute("world.node.drive(40.0, answer_within=30.0)")
     driven, last, ahead = 0.0, [], []
     while driven < 5.0:  # m
         data = page.event()["data"]
@@ -349,7 +349,7 @@ def test_a_drive_in_fast_mode_shows_its_own_collisions(kernel, page):
         "world = ros.start(World, parameters={'fast': True})\nros.start(Blind)"
     )
     for _ in range(2):
-        assert kernel.run("print(len(world.node.drive(30.0, answer_within=30.0).collisions))") == "1"
+        assert kernel.run("print(len(world.node.drive(16.0, answer_within=30.0).collisions))") == "1"
         shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 1)
         kernel.run("world.node.reset()")
         shown_until(page, lambda known: (known.get("collisions") or {}).get("count") == 0)

@@ -533,7 +533,7 @@ def test_a_driver_that_sends_without_end_does_not_hold_a_drive(context):
     thread = threading.Thread(target=send)
     thread.start()
     try:
-        assert node.drive(1e6, answer_within=0.2, wall_limit=4.0).answered > 0
+        assert node.drive(1e6, answer_within=0.2, wall_limit=2.0).answered > 0
     finally:
         ended.set()
         thread.join()
