@@ -27,6 +27,7 @@ RESPONSES = {
 }
 PLACES = 1000  # names of files whose path is kept
 GENERATOR = "rosidl_generator_py.generate_py_impl"
+OF_EACH_SERVICE = "service_msgs.msg"  # has the one message that every program with a node loads, and no node makes
 _patched = threading.Lock()
 _repeating = threading.Lock()  # one attempt at a time
 
@@ -69,6 +70,30 @@ def load_generator_later() -> None:
 
     vars(later).update(generate_py=lambda *args, **kwargs: generator().generate_py(*args, **kwargs), __getattr__=other)
     sys.modules[GENERATOR] = later
+
+
+def load_numpy_later() -> None:
+    """Keep the first node of a process from loading numpy, unless the program does so itself.
+
+    Seen in service_msgs 2.0: the message that introspects services has an array of fixed size, and so its module loads
+    numpy: half of the time in which a node starts.  Only a program that makes such a message needs it.
+    """
+    if "numpy" in sys.modules or OF_EACH_SERVICE in sys.modules:
+        return
+
+    def other(name: str) -> Any:
+        if name.startswith("__"):  # Python's own questions at an import
+            raise AttributeError(name)
+        return getattr(importlib.import_module("numpy"), name)
+
+    later = ModuleType("numpy", load_numpy_later.__doc__)
+    vars(later).update(__getattr__=other)
+    sys.modules["numpy"] = later
+    try:
+        importlib.import_module(OF_EACH_SERVICE)
+    finally:
+        if sys.modules.get("numpy") is later:
+            del sys.modules["numpy"]
 
 
 def lock_action_clients(action_client: type) -> None:

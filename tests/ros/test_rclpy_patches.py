@@ -99,6 +99,24 @@ def test_a_message_still_loads_the_parser_of_definitions():
     assert loaded("from course.ros.rclpy_patches import load_generator_later as later\nlater()\nlater()") == "False\n"
 
 
+def test_a_node_still_loads_numpy_unless_that_is_left_for_later():
+    """When this fails, service_msgs loads it only for a message itself: remove `load_numpy_later`."""
+    program = """{before}
+import sys
+import rclpy
+rclpy.init()
+node = rclpy.create_node('plain')
+early = 'numpy' in sys.modules
+from service_msgs.msg import ServiceEventInfo
+import numpy
+print(early, ServiceEventInfo(client_gid=[2] * 16).client_gid.sum() == numpy.arange(16)[-1] + 17)
+"""
+    later = "from course.ros.rclpy_patches import load_numpy_later as later\nlater()\nlater()"
+    for before, early in (("", True), (later, False)):
+        command = [sys.executable, "-c", program.format(before=before)]
+        assert subprocess.check_output(command, text=True, timeout=60) == f"{early} True\n"
+
+
 def test_the_generator_is_there_for_a_build():
     """Also for whoever asks for another part of it by its name."""
     asked = """from course.ros.rclpy_patches import load_generator_later
@@ -131,7 +149,8 @@ def test_a_log_line_has_its_place_and_reads_no_file(monkeypatch):
 
 
 def test_a_program_that_the_session_starts_is_patched_too(tmp_path):
-    program = "from rclpy.action import ActionClient\nfrom rclpy.impl import rcutils_logger\n"
+    program = "import sys\nimport rclpy.node\nprint('service_msgs.msg' in sys.modules, 'numpy' in sys.modules)\n"
+    program += "from rclpy.action import ActionClient\nfrom rclpy.impl import rcutils_logger\n"
     program += (
         "print(hasattr(ActionClient.send_goal_async, '__wrapped__'), hasattr(rcutils_logger.inspect, 'getsource'))"
     )
@@ -141,7 +160,7 @@ def test_a_program_that_the_session_starts_is_patched_too(tmp_path):
         said = subprocess.check_output(
             command, text=True, env={**os.environ, **variables}, pass_fds=[stacks.fileno()], timeout=60
         )
-    assert said == "True False\n"
+    assert said == "True False\nTrue False\n"
 
 
 def test_an_answer_waits_until_its_question_is_noted(node):

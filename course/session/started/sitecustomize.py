@@ -116,6 +116,7 @@ def patch(executors: Any) -> None:
 
     patches = load_patches()
     patches.load_generator_later()
+    patches.load_numpy_later()
     patches.repeat_lost_responses(rclpy_implementation)
     patches.find_callers_by_name(rcutils_logger)
     begin_and_raise_at_once(executors, patches.HANDED_OVER)
