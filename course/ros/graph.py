@@ -114,7 +114,11 @@ class Graph:
         from rclpy.signals import SignalHandlerOptions
 
         from course.ros.rclpy_internals import rclpy_implementation
+        from course.ros.rclpy_patches import load_generator_later, load_numpy_later
 
+        load_generator_later()
+        if talks:
+            load_numpy_later()
         self.rclpy = rclpy_implementation
         self.context = rclpy.Context()
         # Python's own SIGINT handler raises KeyboardInterrupt, and every wait here is short enough to notice it.
