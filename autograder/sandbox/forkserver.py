@@ -25,7 +25,6 @@ import errno
 import fcntl
 import gc
 import importlib
-import inspect
 import json
 import os
 import re
@@ -253,7 +252,7 @@ def serve(control: int, modules: str, forgotten: str) -> None:
             if around in sys.modules:
                 vars(sys.modules[around]).pop(last, None)
     check(_libc.setns(os.pidfd_open(os.getpid()), NEW_UTS))  # fails before Linux 5.8
-    _get_ready(modules.split())
+    _load_messages(modules.split())
     channel.send(" ".join(sys.modules).encode())
     _keep_at_exit()
     gc.collect()
@@ -267,12 +266,8 @@ def serve(control: int, modules: str, forgotten: str) -> None:
         signal.pause()
 
 
-def _get_ready(modules: Sequence[str]) -> None:
-    """Do once what each program does for its first node and its first line of log, and what takes it half of its time.
-
-    A node loads the libraries of the messages that it uses.  A line of log names the file that it comes from, for which
-    `inspect` follows the links in the paths of all loaded modules.
-    """
+def _load_messages(modules: Sequence[str]) -> None:
+    """Load the libraries of these modules' messages, which each program would load for its first node."""
     for name in modules:
         package, _, kind = name.rpartition(".")
         if kind in ("msg", "srv", "action"):
@@ -281,7 +276,6 @@ def _get_ready(modules: Sequence[str]) -> None:
                     load()
             with contextlib.suppress(OSError):  # rmw_fastrtps_cpp's; another middleware has others
                 ctypes.CDLL(f"lib{package}__rosidl_typesupport_fastrtps_c.so")
-    inspect.getmodule(inspect)
 
 
 def _keep_at_exit() -> None:
@@ -316,7 +310,7 @@ def _become_program(channel: socket.socket, installed: list[str]) -> tuple[int, 
 def _fork_for_each(channel: socket.socket) -> Request:
     """Fork for each request from the socket; return only in the forks, once they are confined."""
     home = os.pidfd_open(os.getpid())
-    tracing = _Tracing()
+    tracing = Tracing()
     programs: dict[int, tuple[int, int]] = {}  # by process id: a pidfd, and the descriptor to report its end to
     room = bytearray(LONGEST)
     while True:
@@ -390,7 +384,7 @@ def _tell(report: int, what: str, number: int = 0) -> None:
         os.write(report, f"{what} {number}\n".encode())
 
 
-class _Tracing:
+class Tracing:
     """LTTng's library, loaded with rclpy.  It has threads, which it ends at exit, so a fork must have its own.
 
     See `ust_before_fork` and its companions in lttng/ust.h; since LTTng 2.13 their names begin with `lttng_`.

@@ -25,7 +25,7 @@ from course.ros.discovery import COUNTABLE, ask_participants, participants_here
 from course.ros.fast_dds import ignore_discovery
 from course.ros.names import HIDDEN_PREFIX, absolute, is_hidden, split
 from course.ros.node_names import names_and_namespaces
-from course.ros.rclpy_patches import load_generator_later
+from course.ros.rclpy_patches import load_generator_later, load_numpy_later
 
 if TYPE_CHECKING:  # rclpy is loaded by the first Graph: `-h` and the Tab key need none
     from rclpy.executors import SingleThreadedExecutor
@@ -110,15 +110,13 @@ class Graph:
         self.least = REMOTE if reaches_other_hosts() else 0.0
         choose_transport(talks)
         load_generator_later()
+        if talks:
+            load_numpy_later()
         import rclpy
         from rclpy.signals import SignalHandlerOptions
 
         from course.ros.rclpy_internals import rclpy_implementation
-        from course.ros.rclpy_patches import load_generator_later, load_numpy_later
 
-        load_generator_later()
-        if talks:
-            load_numpy_later()
         self.rclpy = rclpy_implementation
         self.context = rclpy.Context()
         # Python's own SIGINT handler raises KeyboardInterrupt, and every wait here is short enough to notice it.

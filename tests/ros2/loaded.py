@@ -13,7 +13,7 @@ import signal
 import socket
 import sys
 
-from autograder.sandbox.forkserver import LOADED, _Tracing
+from autograder.sandbox.forkserver import LOADED, Tracing
 from course.ros2 import main
 
 LONGEST = 1 << 17  # bytes of a request
@@ -22,7 +22,7 @@ STREAMS = 3
 
 def serve(control: socket.socket) -> None:
     """Fork for each request until nobody can send one any more; return in the forks alone."""
-    tracing, running = _Tracing(), {}
+    tracing, running = Tracing(), {}
     while True:
         for ready in select.select([control, *running], [], [])[0]:
             if ready is not control:
