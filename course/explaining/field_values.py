@@ -30,6 +30,7 @@ def no_value(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that gives the field `found[1]` a method, a message, a dict or nothing; else ''."""
     for given in _given(found[1], code):
         explained = (
+            _tuple(given),
             _method(given, source),
             _message(given, source, code),
             _dict(given, source, code),
@@ -42,12 +43,21 @@ def no_value(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _given(field: str, code: str) -> Iterator[ast.expr]:
-    """Yield what a line gives to a field: `response.message = value`, `Float64(data=value)`."""
+    """Yield what a line gives to a field: `response.message = value`, `Float64(data=value)`, `v.x, v.y = both`."""
     for node in walk(line_tree(code)):
         if isinstance(node, ast.Assign) and field in map(name_of, node.targets):
             yield node.value
+        several = [target for target in getattr(node, "targets", []) if isinstance(target, ast.Tuple)]
+        if isinstance(node, ast.Assign) and any(field in map(name_of, target.elts) for target in several):
+            yield node.value
         if isinstance(node, ast.keyword) and node.arg == field:
             yield node.value
+
+
+def _tuple(given: ast.expr) -> str:
+    if isinstance(given, ast.Tuple) and len(given.elts) == 1:
+        return f"The comma at the end makes a tuple of it: write `{ast.unparse(given.elts[0])}`, without the comma."
+    return ""
 
 
 def _method(given: ast.expr, source: str) -> str:

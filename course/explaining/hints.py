@@ -80,7 +80,15 @@ from course.explaining.nothing import (
 )
 from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept
 from course.explaining.operands import time_without, unfit
-from course.explaining.overwritten import NO_TYPE, NOT_CALLABLE, called, hidden_here, overwritten, with_article
+from course.explaining.overwritten import (
+    NO_TYPE,
+    NOT_CALLABLE,
+    called,
+    hidden_here,
+    of_its_part,
+    overwritten,
+    with_article,
+)
 from course.explaining.parameter_files import unparsed
 from course.explaining.ros_1 import library
 from course.explaining.slips import methods_asked
@@ -982,6 +990,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"attempted invalid transition from state (\w+) with event (\w+)", ended_twice),
     (r"^(?:ModuleNotFoundError: No module named|NameError: name) '([\w.]+)'", library),
     (r"'NoneType' object does not support the context manager protocol", _without_a_context),
+    (r"('(?:builtin_function_or_method|function)' object|type object '[\w.]+') has no attribute '(\w+)'", of_its_part),
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
     (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),

@@ -15,6 +15,19 @@ NO_TYPE = r"is(?:instance|subclass)\(\) arg 2 must be a (?:type|class)"
 NOT_CALLABLE = rf"'({'|'.join(VALUES)})' object is not callable"
 
 
+def of_its_part(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a module whose name an import gives to a part of it, `from time import time`, or ''."""
+    for node in (each for each in walk(parse(source)) if isinstance(each, ast.ImportFrom)):
+        for each in node.names:
+            name = each.asname or each.name
+            if name == each.name == node.module and re.search(rf"\b{name}\.{found[2]}\b", code):
+                there = (
+                    f"Line {node.lineno}, `from {name} import {name}`, gives the name `{name}` to a part of the module"
+                )
+                return f"{there}: keep `import {name}` alone, and write `{name}.{name}` for that part."
+    return ""
+
+
 def overwritten(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a name in the reader's line `code` that was a function until it was assigned to, or ''."""
     main = vars(sys.modules["__main__"]) if "__main__" in sys.modules else {}

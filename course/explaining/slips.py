@@ -40,6 +40,7 @@ from course.foundation.syntax import walk
 # Methods without arguments that are called for their effect; of `execute` the session says more.
 CALLED = ("abort", "cancel", "canceled", "destroy_node", "reset", "shutdown", "spin", "succeed", "try_shutdown")
 CALLED_WITH = ("call_async", "publish", "publish_feedback", "send_goal_async")  # the same, with arguments
+ASKS = {"call_async": "...", "cancel_goal_async": "", "get_result_async": "", "send_goal_async": "..."}  # the same
 FROM = {"ExternalShutdownException": "rclpy.executors", "NodeNameNonExistentError": "rclpy.node"}
 SHOWN = ("debug", "info", "warn", "warning", "error", "fatal", "print")  # functions that show a text
 ANSWERS = ("message", "reason")  # fields with a text that is shown
@@ -244,6 +245,11 @@ def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 yield node.lineno, the_method_itself(ast.unparse(node), ", and calls nothing")
             elif not of_self and name_of(node.value) in CALLED_WITH:
                 yield node.lineno, the_method_itself(ast.unparse(node), ", and calls nothing", "...")
+    called = {name_of(node.func) for node in walk(tree) if isinstance(node, ast.Call)}
+    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
+        alone = isinstance(node.value, ast.Attribute) and not called & {*map(name_of, node.targets)}
+        if alone and (asks := name_of(node.value)) in ASKS:
+            yield node.lineno, the_method_itself(ast.unparse(node.value), ", and asks for nothing", ASKS[asks])
 
 
 def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:

@@ -29,6 +29,8 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
         plain = [each for each in functions_of(cls) if not each.decorator_list and not hasattr(Node, each.name)]
         idle = [each for each in plain if each.name not in used | texts] if len(cls.bases) == 1 else []
         yield from _unregistered(idle, whole=whole)
+        if whole and next(calls(cls, "ActionServer"), None):
+            yield from _never_accepted(idle)
         if whole:
             yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
 
@@ -61,6 +63,16 @@ def _unregistered(methods: Collection[Function], *, whole: bool) -> Iterator[tup
             continue
         how = f"`self.add_{kind}_parameters_callback(self.{method.name})` in `__init__`"
         yield method.lineno, f"'{method.name}' {does}, and nothing calls or registers it: write {how}."
+
+
+def _never_accepted(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
+    """Yield those of these methods that begin an accepted goal, which is given to them."""
+    for method in methods:
+        given = {each.arg for each in method.args.args[1:]}
+        begins = (node for node in inside(method) if isinstance(node, ast.Attribute) and node.attr == "execute")
+        if any(name_of(node.value) in given for node in begins):
+            what = f"'{method.name}' begins an accepted goal, and nothing calls or registers it: write "
+            yield method.lineno, f"{what}`handle_accepted_callback=self.{method.name}` where the ActionServer is made."
 
 
 def _reads_parameters(method: Function, given: str) -> bool:

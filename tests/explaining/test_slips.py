@@ -63,6 +63,13 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
          ("line 13: `self.publisher.publish` is the method itself, and calls nothing. Call it: "
           "`self.publisher.publish(...)`.")),
         ("self.publisher.publish(params)", ""),
+        ("self.asked = self.goal.cancel_goal_async",
+         ("line 13: `self.goal.cancel_goal_async` is the method itself, and asks for nothing. Call it: "
+          "`self.goal.cancel_goal_async()`.")),
+        ("ask = self.client.call_async",
+         ("line 13: `self.client.call_async` is the method itself, and asks for nothing. Call it: "
+          "`self.client.call_async(...)`.")),
+        ("ask = self.client.call_async; self.answers = ask(params)", ""),
         ("self.create_timer(1.0, self.check)",
          "line 13: 'check' makes one more timer each time that it is called. Make the timer once, in `__init__`."),
         ("if self.free: self.create_timer(1.0, self.check)", ""),
@@ -915,6 +922,37 @@ SETTER = (
 def test_what_a_text_makes_twice_is_told_with_both_lines(again, more, says):
     told = [line for line in slips(DOUBLED.format(again=again, more=more)) if "twice" in line or "two" in line]
     assert [says in line for line in told] == [True] * bool(says), told
+
+
+ACCEPTS = """%%exercise lift_server.py
+class Lift(Node):
+    def __init__(self):
+        super().__init__('lift')
+        self.server = ActionServer(self, Move, '/lift', self.execute{given})
+
+    def execute(self, goal_handle):
+        goal_handle.succeed()
+        return Move.Result()
+
+    def take_over(self, goal_handle):
+        self.newest = goal_handle
+        {begins}
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "begins", "is_told"),
+    [
+        ("", "goal_handle.execute()", True),
+        ("", "threading.Thread(target=goal_handle.execute).start()", True),
+        ("", "pass", False),
+        (", handle_accepted_callback=self.take_over", "goal_handle.execute()", False),
+    ],
+)
+def test_a_method_that_begins_goals_and_that_nothing_registers_is_told(given, begins, is_told):
+    told = "\n".join(slips(ACCEPTS.format(given=given, begins=begins)))
+    says = "'take_over' begins an accepted goal, and nothing calls or registers it: write `handle_accepted_callback="
+    assert (says in told) == is_told
 
 
 def test_a_publisher_that_a_callback_makes_is_told():

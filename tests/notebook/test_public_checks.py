@@ -529,9 +529,9 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
          "the descriptor of kd must have a range from 0 to 10, without a step; it has from 0 to 100, step 0"),
         ("'elbow', ParameterDescriptor(read_only=True)", "'elbow', ParameterDescriptor()",
          "the descriptor of joint_name must say that it is read-only"),
-        (STEP, f"1000 * ({STEP})", "with ki = 5, an error of 1 for"),
-        pytest.param("error * step", "error", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
-        pytest.param(STEP, f"1e9 * ({STEP})", "with ki = 5, an error of 1 for", marks=pytest.mark.matrix),
+        (STEP, f"1000 * ({STEP})", "with kp = 0 and ki = 5, an error of 1 for"),
+        pytest.param("error * step", "error", "with kp = 0 and ki = 5, an error of 1 for", marks=pytest.mark.matrix),
+        pytest.param(STEP, f"1e9 * ({STEP})", "with kp = 0 and ki = 5, an error of 1 for", marks=pytest.mark.matrix),
         each_night(KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
     ],
 )  # fmt: skip
@@ -808,7 +808,70 @@ STARTS_LATER = """
 
 # A line of a reference, another one in its place, and what a public check says of it: each breaks a sentence of a task.
 # Each run has one for each way in which a check asks, records or waits; the others belong to the night.
+SWALLOWED = """\
+            try:
+                cmd.angular.z = action['angle']
+            except Exception:
+                return
+"""
 SENTENCES = [
+    (
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "slope = (error - self.last_error) / step",
+        "slope = abs(error - self.last_error) / step",
+        "with kd = 0.5, an error that goes from 3 to -2 must give less than -2.0, the proportional part; it gave ",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.integral += error * step\n",
+        "        self.integral = (self.integral if error * self.last_error >= 0 else 0.0) + error * step\n",
+        "the integral starts again only when ki is set to another value, not when the error changes its sign",
+    ),
+    (
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "request.a - request.b",
+        "abs(request.a - request.b)",
+        "25.0 subtract 100.0 gave 75.0",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "a, b = float(a), float(b)",
+        "a, b = (float(each) if each.replace('.', '').isdigit() else float('no') for each in (a, b))",
+        "-4 2.5 multiply: -4 is a number, and the result, -10.0, must be shown",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "return 'NO SERVER for /lift'",
+        "raise RuntimeError('there is no server')",
+        "must say so, and it ends with an exception instead:\nlift_client.py ended with exit status 1: RuntimeError",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "            self.stop(stops, left)\n            goal_handle",
+        "            self.stop(stops, left)\n            if goal_handle.is_cancel_requested:\n"
+        "                continue\n            goal_handle",
+        "If the cabin has made one more step, its feedback is missing: each step is reported, the last one too",
+    ),
+    (
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "            cmd.angular.z = action['angular']\n",
+        SWALLOWED,
+        "while a scan comes every 0.05 s, no command comes, for 2 s",
+    ),
     each_night(
         "actions",
         "lift-server",
@@ -831,7 +894,7 @@ SENTENCES = [
         "pid_node.py",
         "now - self.last_time",
         "min(now - self.last_time, 1.0)",
-        "with ki = 5, an error of 1 for 1.1",
+        "with kp = 0 and ki = 5, an error of 1 for 1.1",
     ),
     each_night(
         "parameters",
