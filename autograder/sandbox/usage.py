@@ -19,7 +19,7 @@ def of_user(user: int) -> dict[int, int]:
 
 
 class Glance:
-    """What `of_user` finds, for many who ask it again and again: they share each look at the processes."""
+    """The answers of `of_user` for many who ask again and again: they share each look at the processes."""
 
     def __init__(self, age: float) -> None:
         """Look again when the last look was more than `age` s ago."""
