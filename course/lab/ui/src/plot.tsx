@@ -5,6 +5,7 @@ import { Message } from '@lumino/messaging';
 import * as React from 'react';
 
 import { Current } from './current';
+import { drawAgain } from './drawing';
 import { Link } from './link';
 import { FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 import { add, Clock, colourOf, csv, draw, Frame, freePlace, heard, nameOf, nowOf, Series, timeName, unitOf, valueAt } from './plot_series';
@@ -418,12 +419,11 @@ function frameOf({ began, span, until, clock }: Memory): Frame {
   return { from: end - span, until: end };
 }
 
-/** Draw at the screen's rate while time goes on, otherwise when something has changed. */
+/** Draw while time goes on, otherwise when something has changed. */
 function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory): void {
   React.useEffect(() => {
-    let [request, seen] = [0, ''];
-    const again = () => {
-      request = requestAnimationFrame(again);
+    let seen = '';
+    return drawAgain(() => {
       const node = canvas.current;
       if (!node?.clientWidth || !node.clientHeight) {
         return;
@@ -441,9 +441,7 @@ function useDrawing(canvas: React.RefObject<HTMLCanvasElement>, memory: Memory):
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       const name = timeName(memory.simulated);
       draw(context, memory.series, frameOf(memory), memory.began, name, memory.until, [width, height], getComputedStyle(node), false);
-    };
-    request = requestAnimationFrame(again);
-    return () => cancelAnimationFrame(request);
+    });
   }, []);
 }
 

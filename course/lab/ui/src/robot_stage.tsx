@@ -2,6 +2,7 @@
 
 import * as React from 'react';
 
+import { drawAgain } from './drawing';
 import { Driver, Way } from './robot_drive';
 import { colours, draw, Ghost, RADIUS, toRoom, View, viewOf, Zoom } from './robot_picture';
 import { Pose, RobotState } from './robot_state';
@@ -271,7 +272,7 @@ function useWheel(canvas: React.RefObject<HTMLCanvasElement>, closer: (by: numbe
   }, []);
 }
 
-/** Draw at the screen's rate while something moves; for measurements, `data-frames` counts the
+/** Draw while something moves; for measurements, `data-frames` counts the
  * pictures, and `data-view` has the scale (px per metre) and the place of x = 0, y = 0 (px).
  */
 function useDrawing(
@@ -284,15 +285,14 @@ function useDrawing(
   React.useEffect(() => {
     const node = canvas.current!;
     const context = node.getContext('2d', { alpha: false })!;
-    let [frames, seen, request, size] = [0, -1, 0, ''];
+    let [frames, seen, size] = [0, -1, ''];
     let colour = colours(node);
     const theme = new MutationObserver(() => {
       colour = colours(node);
       seen = -1;
     });
     theme.observe(document.body, { attributes: true, attributeFilter: ['data-jp-theme-light', 'data-jp-theme-name'] });
-    const again = (now: number) => {
-      request = requestAnimationFrame(again);
+    const end = drawAgain(now => {
       const [width, height] = [node.clientWidth, node.clientHeight];
       const ratio = window.devicePixelRatio || 1;
       const is = `${width} ${height} ${ratio}`;
@@ -310,10 +310,9 @@ function useDrawing(
       draw(context, state, view.current, colour, now, ghost.current, state.nodes?.sees.length === 0);
       node.dataset.frames = String(++frames);
       node.dataset.view = `${view.current.scale} ${view.current.left} ${view.current.bottom}`;
-    };
-    request = requestAnimationFrame(again);
+    });
     return () => {
-      cancelAnimationFrame(request);
+      end();
       theme.disconnect();
     };
   }, [state]);
