@@ -246,10 +246,10 @@ def _not_called(tree: ast.AST) -> Iterator[tuple[int, str]]:
             elif not of_self and name_of(node.value) in CALLED_WITH:
                 yield node.lineno, the_method_itself(ast.unparse(node), ", and calls nothing", "...")
     called = {name_of(node.func) for node in walk(tree) if isinstance(node, ast.Call)}
-    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
-        alone = isinstance(node.value, ast.Attribute) and not called & {*map(name_of, node.targets)}
-        if alone and (asks := name_of(node.value)) in ASKS:
-            yield node.lineno, the_method_itself(ast.unparse(node.value), ", and asks for nothing", ASKS[asks])
+    for kept in (node for node in walk(tree) if isinstance(node, ast.Assign)):
+        alone = isinstance(kept.value, ast.Attribute) and not called & {*map(name_of, kept.targets)}
+        if alone and (asks := name_of(kept.value)) in ASKS:
+            yield kept.lineno, the_method_itself(ast.unparse(kept.value), ", and asks for nothing", ASKS[asks])
 
 
 def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
