@@ -7,7 +7,7 @@ import json
 import os
 import zipfile
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -92,78 +92,63 @@ def give_back(
     was graded into.  With `changed`, only pages that differ from the last return are made.  Raises UsageError when
     there is nothing to return, and while another return of these results goes on.
     """
-    results = output.read_results(out)
-    descriptor = output.lock(out / LOCK, f"another `autograder return` goes on in {out}: wait until it has ended")
-    try:
-        return _give_back(out, results, into, form, assignment, students, gradebook, roster, changed)
-    finally:
-        os.close(descriptor)
-
-
-def _give_back(
-    out: Path,
-    results: Mapping[tuple[str, str], Report],
-    into: Path,
-    form: str | None,
-    assignment: str | None,
-    students: Collection[str],
-    gradebook: str | None,
-    roster: Iterable[str],
-    changed: bool,
-) -> Returned:
     reports = {
         key: report
-        for key, report in results.items()
+        for key, report in output.read_results(out).items()
         if assignment in (None, key[1]) and (not students or key[0] in students)
     }
     if not reports:
         raise UsageError(f"no results in {out}{' of that student and assignment' if assignment or students else ''}")
-    bases = output.bases(out, lost=form == FILES)
-    places = {key: Path(bases[key].submitted) for key in reports if key in bases}
-    marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
-    before = _returned(out)
-    now: dict[str, str] = {}
-    without = sorted(
-        {each for each in roster if not students or each in students} - {student for student, _ in reports}
-    )
-    names = {assignment for _, assignment in reports}
-    ungraded = [
-        each for each in without if any(listing.is_handed_in(place, each, name) for place in marks for name in names)
-    ]
-    nothing = [student for student in without if student not in ungraded]
-    unmarked = gradebook is None and any(each.url is None for each in marks.values())
-    result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded, unmarked=unmarked)
-    pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
-    for key, report in sorted(reports.items()):
-        who = "/".join(key)
-        try:
-            if report.status == INFRASTRUCTURE_ERROR:
-                raise Unplaced("the grader failed, and there is no score yet: `autograder grade --resume`")
-            if key not in places:
-                raise Unplaced("it is not known which folder was graded: grade it again")
-            way = ways.way(*key, provenance.read(places[key], *key), form)
-            gone = not places[key].joinpath(*key).exists()
-            if bases[key].is_replaced(key) or (gone and way.form != FILES):
-                raise Unplaced("something else was handed in since: `autograder regrade` grades it")
-        except Unplaced as error:
-            result.left_out.append(f"{who}: {error.args[0]}")
-            continue
-        by_hand = marks[places[key]].of(report)
-        said = feedback.feedback(report, by_hand).to_text().encode(errors="replace")
-        now[who] = hashlib.sha256(said).hexdigest()
-        if changed and before.get(who) == now[who]:
-            result.unchanged += 1
-            continue
-        if any(mark.waiting for mark in by_hand):
-            result.waiting.append(who)
-        page = feedback.page(report, by_hand).encode(errors="replace")
-        pages[way.form, "" if way.form == FILES else key[1]].append((who, way.name, page))
-    made = _write(pages, into, result)
-    if changed:
-        result.changed = sorted(made)
-    known = before | {who: digest for who, digest in now.items() if who in made}
-    storage.replace(out / RETURNED, json.dumps(known, indent=1).encode(), storage.PRIVATE)
-    return result
+    busy = f"another `autograder return` goes on in {out}: wait until it has ended"
+    with os.fdopen(output.lock(out / LOCK, busy)):
+        bases = output.bases(out, lost=form == FILES)
+        places = {key: Path(bases[key].submitted) for key in reports if key in bases}
+        marks = {place: Marks(_url(gradebook, place, out), place) for place in set(places.values())}
+        before = _returned(out)
+        now: dict[str, str] = {}
+        without = sorted(
+            {each for each in roster if not students or each in students} - {student for student, _ in reports}
+        )
+        names = {assignment for _, assignment in reports}
+        ungraded = [
+            each
+            for each in without
+            if any(listing.is_handed_in(place, each, name) for place in marks for name in names)
+        ]
+        nothing = [student for student in without if student not in ungraded]
+        unmarked = gradebook is None and any(each.url is None for each in marks.values())
+        result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded, unmarked=unmarked)
+        pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
+        for key, report in sorted(reports.items()):
+            who = "/".join(key)
+            try:
+                if report.status == INFRASTRUCTURE_ERROR:
+                    raise Unplaced("the grader failed, and there is no score yet: `autograder grade --resume`")
+                if key not in places:
+                    raise Unplaced("it is not known which folder was graded: grade it again")
+                way = ways.way(*key, provenance.read(places[key], *key), form)
+                gone = not places[key].joinpath(*key).exists()
+                if bases[key].is_replaced(key) or (gone and way.form != FILES):
+                    raise Unplaced("something else was handed in since: `autograder regrade` grades it")
+            except Unplaced as error:
+                result.left_out.append(f"{who}: {error.args[0]}")
+                continue
+            by_hand = marks[places[key]].of(report)
+            said = feedback.feedback(report, by_hand).to_text().encode(errors="replace")
+            now[who] = hashlib.sha256(said).hexdigest()
+            if changed and before.get(who) == now[who]:
+                result.unchanged += 1
+                continue
+            if any(mark.waiting for mark in by_hand):
+                result.waiting.append(who)
+            page = feedback.page(report, by_hand).encode(errors="replace")
+            pages[way.form, "" if way.form == FILES else key[1]].append((who, way.name, page))
+        made = _write(pages, into, result)
+        if changed:
+            result.changed = sorted(made)
+        known = before | {who: digest for who, digest in now.items() if who in made}
+        storage.replace(out / RETURNED, json.dumps(known, indent=1).encode(), storage.PRIVATE)
+        return result
 
 
 def _returned(out: Path) -> dict[str, str]:

@@ -296,8 +296,10 @@ def test_the_copy_of_a_course_is_told_whose_submissions_are_meant(submitted, tmp
 
 
 def test_a_wrong_call_is_a_line(tmp_path):
-    with pytest.raises(UsageError, match="no results in"):
-        give_back(tmp_path, tmp_path / "returned")
+    for folder in (tmp_path, tmp_path / "missing"):
+        with pytest.raises(UsageError, match="no results in"):
+            give_back(folder, tmp_path / "returned")
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_a_gradebook_that_is_not_there_is_a_line_and_is_not_made(submitted, tmp_path):
