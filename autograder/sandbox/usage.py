@@ -15,7 +15,7 @@ MOST = 1 << 16  # bytes of a file of /proc, which is read many times a second, a
 
 def of_user(user: int) -> dict[int, int]:
     """Return all visible processes of a host user, zombies included, with the number of threads of each."""
-    return _of_users().get(user, {})
+    return of_users().get(user, {})
 
 
 class Glance:
@@ -31,12 +31,12 @@ class Glance:
         """Return the processes of a host user, as `of_user` does, that were there up to `age` s ago."""
         with self._lock:
             if time.monotonic() >= self._until:
-                self._seen, self._until = _of_users(), time.monotonic() + self._age
+                self._seen, self._until = of_users(), time.monotonic() + self._age
             return self._seen.get(user, {})
 
 
-def _of_users() -> dict[int, dict[int, int]]:
-    """Return all visible processes by host user."""
+def of_users() -> dict[int, dict[int, int]]:
+    """Return all visible processes by host user, each with its number of threads."""
     found: dict[int, dict[int, int]] = {}
     for pid in visible():
         with contextlib.suppress(OSError):  # it has ended meanwhile

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from autograder.errors import SandboxError, SandboxUnavailable
-from autograder.sandbox.usage import of_user
+from autograder.sandbox.usage import of_users
 from course.foundation.waiting import wait_until
 
 INSIDE = 65534  # a program's user id inside its user namespace, if anybody but root grades
@@ -77,8 +77,9 @@ def give_back(taken: Mapping[int, int]) -> None:
     gets no new program until the kernel counts none.
     """
     wait_until(lambda: not _end_all(taken), GONE, alert=False)
+    seen = of_users()
     for uid, lock in taken.items():
-        if left := of_user(uid):
+        if left := seen.get(uid):
             log.warning("processes %s of user %d have not ended: it gets no program until they have", [*left], uid)
         os.close(lock)
 
@@ -89,7 +90,8 @@ def _end_all(taken: Mapping[int, int]) -> bool:
     Kills the processes if they certainly are this worker's: outside its own namespace, a container's users may have the
     same ids.
     """
-    left = [process for uid in taken for process in of_user(uid)]
+    seen = of_users()
+    left = [process for uid in taken for process in seen.get(uid, ())]
     for process in left if os.getpid() == 1 else []:
         with contextlib.suppress(ProcessLookupError):
             os.kill(process, signal.SIGKILL)

@@ -46,7 +46,7 @@ def walk(tree: ast.AST) -> list[ast.AST]:
 
 def imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield the line and the name, up to the first point, of each module that a program imports absolutely."""
-    for node in ast.walk(tree):
+    for node in walk(tree):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, each.name.partition(".")[0]) for each in node.names)
         elif isinstance(node, ast.ImportFrom) and node.level == 0 and node.module:

@@ -3,9 +3,10 @@
 It is made only from the record, not from the page, and everything is escaped, because a page may come from anywhere.
 """
 
+from functools import cache
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader
+from jinja2 import Environment, FileSystemLoader, Template
 
 from course.returned.record import Feedback, Mark, Test
 
@@ -58,8 +59,7 @@ def html(feedback: Feedback, cell: str = "") -> str:
     """Return the same as an HTML table, with every test below its cell."""
     tests, marks = _chosen(feedback, cell)
     causes = _causes(tests)
-    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template("notebook.html").render(
+    return _template().render(
         feedback=feedback,
         heading=heading(feedback),
         refused=_first(feedback) if feedback.status == "invalid_submission" else None,
@@ -69,6 +69,12 @@ def html(feedback: Feedback, cell: str = "") -> str:
         cells=[(name or OTHER, _said(feedback, name), _of_cell(tests, name)) for name in feedback.cells],
         of=_of,
     )
+
+
+@cache  # compiling it takes longer than filling it
+def _template() -> Template:
+    environment = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return environment.get_template("notebook.html")
 
 
 def _chosen(feedback: Feedback, cell: str) -> tuple[list[Test], list[Mark]]:
