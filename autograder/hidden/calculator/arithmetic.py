@@ -12,6 +12,7 @@ ANSWERS: dict[str, Callable[[float, float], float]] = {
 }
 SIGNS = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
 ABOUT_RIGHT = 1e-2  # relative error of a result that the right operation may have given, rounded
+UNLIKE = "a number that none of the four operations makes of them"
 
 
 def plain_numbers(rng: random.Random) -> tuple[float, float]:
@@ -49,7 +50,7 @@ def likeness(result: float, a: float, operation: str, b: float) -> str:
         return "that, rounded down"
     if math.isclose(result, right, rel_tol=ABOUT_RIGHT):
         return "close to that, but not the same"
-    return "a number that none of the four operations makes of them"
+    return UNLIKE
 
 
 def _decimals(numbers: list[int]) -> str:

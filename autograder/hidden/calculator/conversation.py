@@ -14,7 +14,7 @@ from typing import Any
 from calculator_interfaces.srv import Calculate
 
 from autograder.errors import Fault
-from autograder.hidden.calculator.arithmetic import ABOUT_RIGHT, ANSWERS, SIGNS, likeness, plain_numbers
+from autograder.hidden.calculator.arithmetic import ABOUT_RIGHT, ANSWERS, SIGNS, UNLIKE, likeness, plain_numbers
 from autograder.suitekit import Bench, Run, Server, Wrong, numbers
 from autograder.suitekit.ros import published
 from course.foundation.waiting import wait_until
@@ -81,10 +81,11 @@ class Calculator(Server):
             )
 
     def _likeness(self, result: float, a: float, operation: str, b: float) -> str:
-        """What a wrong result is, in words; as a number only where it stands in the program."""
-        if repr(result) == self.bench.shown(self.file, repr(result)):
+        """What a wrong result is, in words; as a number only where none fit and it stands in the program."""
+        words = likeness(result, a, operation, b)
+        if words == UNLIKE and repr(result) == self.bench.shown(self.file, repr(result)):
             return repr(result)
-        return likeness(result, a, operation, b)
+        return words
 
     @property
     def abilities(self) -> list[str]:
