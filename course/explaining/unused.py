@@ -1,6 +1,7 @@
 """Things that a text makes and nothing uses, where their purpose is certain: a callback, or the result of a check."""
 
 import ast
+import re
 from collections.abc import Collection, Iterator
 
 from rclpy.node import Node
@@ -8,6 +9,8 @@ from rclpy.node import Node
 from course.explaining.source import Function, argument, calls, functions_of, inside, name_of, node_classes
 from course.foundation.syntax import walk
 
+SPINS = re.compile(r"spin|add_node")
+NEED_SPINNING = {"create_client", "create_service", "create_subscription", "create_timer", "ActionClient", "ActionServer"}
 RESULTS = ("SetParametersResult",)  # what only a `return` hands on
 
 
@@ -33,6 +36,32 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
             yield from _never_accepted(idle)
         if whole:
             yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
+    if whole:
+        yield from _unspun(tree)
+
+
+def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the nodes with callbacks or clients that a file makes and never gives to what spins its other nodes."""
+    classes = {cls.name: cls for cls in node_classes(tree)}
+    if not any(SPINS.search(name_of(node.func)) for node in walk(tree) if isinstance(node, ast.Call)):
+        return
+    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
+        target, made = node.targets[0], node.value
+        if not isinstance(made, ast.Call) or name_of(made.func) not in {"Node", "create_node", *classes}:
+            continue
+        cls = classes.get(name_of(made.func))
+        inside_it = [call for call in walk(cls) if isinstance(call, ast.Call)] if cls else []
+        if any(name_of(each) == "self" for call in inside_it if SPINS.search(name_of(call.func)) for each in call.args):
+            continue  # it spins itself
+        alike = (each for each in walk(tree) if isinstance(each, (ast.Name, ast.Attribute)))
+        same = [each for each in alike if type(each) is type(target) and name_of(each) == name_of(target)]
+        parts = [each for each in walk(tree) if isinstance(each, ast.Attribute) and each.value in same]
+        makes = {each.attr for each in parts} | {name_of(call.func) for call in inside_it}
+        if len(parts) == sum(isinstance(each.ctx, ast.Load) for each in same) and makes & NEED_SPINNING:
+            yield node.lineno, (
+                f"nothing spins the node `{ast.unparse(target)}`, so its callbacks never run, and no answer reaches its clients. Make "
+                "them in the node that is spun, or give both nodes to one executor with `executor.add_node(...)`."
+            )
 
 
 def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:

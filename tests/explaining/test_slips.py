@@ -509,7 +509,7 @@ def test_no_page_and_no_right_answer_has_one(exercise):
         assert cell.kind != "code" or slips(cell.source) == doubts("the cell", cell.source) == [], cell.source
     for name in answers.load(exercise).RIGHT:
         for file, text in answers.files(exercise, name).items():
-            assert slips(text.decode(errors="replace")) == [], (name, file)
+            assert slips(f"%%exercise {file}\n{text.decode(errors='replace')}") == [], (name, file)
             assert doubts(file, text.decode(errors="replace")) == [], (name, file)
 
 
@@ -953,6 +953,49 @@ def test_a_method_that_begins_goals_and_that_nothing_registers_is_told(given, be
     told = "\n".join(slips(ACCEPTS.format(given=given, begins=begins)))
     says = "'take_over' begins an accepted goal, and nothing calls or registers it: write `handle_accepted_callback="
     assert (says in told) == is_told
+
+
+TWO_NODES = """%%exercise motors.py
+class Stop(Node):
+    def __init__(self):
+        super().__init__('stop')
+        {stop}
+
+class Motors(Node):
+    def __init__(self):
+        super().__init__('motors')
+        self.helper = rclpy.create_node('helper')
+        {uses}
+
+def main():
+    motors = Motors()
+    stop = Stop()
+    {main}
+    {spins}
+    stop.destroy_node()
+"""
+
+
+@pytest.mark.parametrize(
+    ("parts", "line", "name"),
+    [
+        ({}, 14, "stop"),
+        ({"main": "executor.add_node(stop)"}, 0, ""),
+        ({"main": "for each in (stop, motors): executor.add_node(each)"}, 0, ""),
+        ({"stop": "self.publisher = self.create_publisher(String, 'a', 10)"}, 0, ""),
+        ({"stop": "self.create_client(SetBool, 'a'); rclpy.spin_until_future_complete(self, ask())"}, 0, ""),
+        ({"spins": "run(motors)"}, 0, ""),  # somewhere else, perhaps with all nodes of the program
+        ({"main": "executor.add_node(stop)", "uses": "self.helper.create_client(AddTwoInts, 'b')"}, 9, "self.helper"),
+        ({"main": "add_node(stop); add_node(motors.helper)", "uses": "self.helper.create_client(AddTwoInts, 'b')"}, 0, ""),
+    ],
+)
+def test_a_node_with_callbacks_that_nothing_spins_is_told(parts, line, name):
+    usual = {"stop": "self.create_service(SetBool, 'stop', self.answer)", "uses": "pass", "main": "pass"}
+    told = slips(TWO_NODES.format(**usual | {"spins": "rclpy.spin(motors)"} | parts))
+    assert told == [
+        f"note: line {line}: nothing spins the node `{name}`, so its callbacks never run, and no answer reaches its "
+        "clients. Make them in the node that is spun, or give both nodes to one executor with `executor.add_node(...)`."
+    ] * bool(name)
 
 
 def test_a_publisher_that_a_callback_makes_is_told():

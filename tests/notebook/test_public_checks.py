@@ -831,6 +831,15 @@ SENTENCES = [
         "        self.integral = (self.integral if error * self.last_error >= 0 else 0.0) + error * step\n",
         "the integral starts again only when ki is set to another value, not when the error changes its sign",
     ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        self.integral += error * step\n",
+        "        self.parts = [*(getattr(self, 'parts', ()) if self.integral else ()), error * step][-20:]\n"
+        "        self.integral = sum(self.parts)\n",
+        "the integral is of all messages since ki was set: with ki = 5 an effort of ",
+    ),
     (
         "calculator",
         "calculator-server",
