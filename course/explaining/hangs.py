@@ -67,7 +67,9 @@ def beginning(stacks: str, path: Path, *, endless: bool) -> tuple[Frame, ...]:
     alone = not THREADS.search(source)
     if endless and ("suppress" in source or not _in_endless_loop(parse(source), inner, alone)):
         return ()
-    own = [call for call in inner if call[2] != "main"] or chain[:1]
+    loops = [node for node in walk(parse(source)) if isinstance(node, ast.While)]
+    again = {call for call in inner if any(covers(loop, call[1]) for loop in loops)}  # main() may be why it goes on
+    own = [call for call in inner if call[2] != "main" or call in again] or chain[:1]
     return tuple(Frame(path.name, line, name, lines[line - 1].strip()) for _, line, name in reversed(own))
 
 

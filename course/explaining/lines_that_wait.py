@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from course.explaining.failure_report import Frame
 from course.explaining.hangs import THREADS
-from course.explaining.locks import locked
+from course.explaining.locks import locked, still_set
 from course.explaining.source import (
     CALLBACKS,
     argument,
@@ -40,6 +40,8 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     alone = not ("ThreadedExecutor(" in source or THREADS.search(source))
     if why_locked := locked(frames, source, alone=alone):
         return why_locked
+    if flag_set := still_set(frames, source):
+        return flag_set
     if shared := _shared_future(at, tree):
         why = (
             f"`{shared}` is the future of the newest call: while one call waits here, the next one stores its own there"

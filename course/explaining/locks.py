@@ -1,4 +1,4 @@
-"""Remarks on a line at which a callback waits for a lock that nothing will release, by the program's text."""
+"""Remarks on a line at which a callback waits for a lock, or a flag, that stays set, by the program's text."""
 
 import ast
 import re
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from course.explaining.doubts import never_released
 from course.explaining.failure_report import Frame
-from course.explaining.source import covers, name_of, parse
+from course.explaining.source import Function, covers, functions, name_of, parse
 from course.foundation.syntax import walk
 
 AT_A_LOCK = re.compile(r"^with ([\w.]+)(?: as \w+)?:|^([\w.]+)\.acquire\(\s*\)$")
@@ -44,6 +44,41 @@ def locked(frames: Sequence[Frame], source: str, *, alone: bool) -> list[str]:
             ]
     taken = f"`{lock}.acquire()`"
     return [why for _, why in never_released(tree) if why.startswith(taken)][:1]
+
+
+def still_set(frames: Sequence[Frame], source: str) -> list[str]:
+    """Return a line on a `return` that leaves a flag set, on which the loop where the program is waits; else []."""
+    tree = parse(source)
+    loops = [node for node in walk(tree) if isinstance(node, ast.While) and frames and covers(node, frames[-1].line)]
+    flags = {ast.unparse(node) for loop in loops for node in walk(loop.test) if isinstance(node, ast.Attribute)}
+    for flag in sorted(flags):
+        for function in functions(tree):
+            if left := _leaves_set(function, flag):
+                line, end = left
+                return [
+                    (
+                        f"Line {line} returns while `{flag}` is True, before line {end} sets it to False again, and "
+                        "this line then waits for ever: set it to False in a `finally`."
+                    )
+                ]
+    return []
+
+
+def _leaves_set(function: Function, flag: str) -> tuple[int, int] | None:
+    """Return the line of a `return` between those that set a flag to True and to False, and the latter's; or None."""
+    nodes = list(walk(function))
+    stored = [node for node in nodes if isinstance(node, ast.Assign) and flag in map(ast.unparse, node.targets)]
+    begins, ends = ([node for node in stored if getattr(node.value, "value", None) is value] for value in (True, False))
+    finals = [each for node in nodes if isinstance(node, ast.Try) for each in node.finalbody]
+    if not begins or not ends or any(end in walk(each) for each in finals for end in ends):
+        return None
+    for node in nodes:
+        for part in (getattr(node, "body", None), getattr(node, "orelse", None)):
+            block = part if isinstance(part, list) else []
+            leaves = [each.lineno for each in block if isinstance(each, ast.Return)]
+            if leaves and begins[0].lineno < leaves[0] < ends[-1].lineno and not any(end in block for end in ends):
+                return leaves[0], ends[-1].lineno
+    return None
 
 
 def _text(item: ast.withitem) -> str:

@@ -10,7 +10,14 @@ from course.explaining.source import Function, argument, calls, functions_of, in
 from course.foundation.syntax import walk
 
 SPINS = re.compile(r"spin|add_node")
-NEED_SPINNING = {"create_client", "create_service", "create_subscription", "create_timer", "ActionClient", "ActionServer"}
+NEED_SPINNING = {
+    "create_client",
+    "create_service",
+    "create_subscription",
+    "create_timer",
+    "ActionClient",
+    "ActionServer",
+}
 RESULTS = ("SetParametersResult",)  # what only a `return` hands on
 
 
@@ -58,9 +65,13 @@ def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
         parts = [each for each in walk(tree) if isinstance(each, ast.Attribute) and each.value in same]
         makes = {each.attr for each in parts} | {name_of(call.func) for call in inside_it}
         if len(parts) == sum(isinstance(each.ctx, ast.Load) for each in same) and makes & NEED_SPINNING:
-            yield node.lineno, (
-                f"nothing spins the node `{ast.unparse(target)}`, so its callbacks never run, and no answer reaches its clients. Make "
-                "them in the node that is spun, or give both nodes to one executor with `executor.add_node(...)`."
+            yield (
+                node.lineno,
+                (
+                    f"nothing spins the node `{ast.unparse(target)}`, so its callbacks never run, and no answer "
+                    "reaches its clients. Make them in the node that is spun, or give both nodes to one executor with "
+                    "`executor.add_node(...)`."
+                ),
             )
 
 

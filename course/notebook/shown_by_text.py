@@ -46,7 +46,10 @@ def no_cancel(file: str) -> str:
 
 
 def late_newest(file: str) -> str:
-    """Return lines on an action server that stores its newest goal only once it has the lock of the one before."""
+    """Return lines on an action server that stores its newest goal only once the one before has ended.
+
+    That is, only when it has its lock, or after a wait in the `handle_accepted_callback`.
+    """
     source = text_at(Path(file))
     tree = parse(source)
     executes = {name_of(argument(call, *CALLBACKS["ActionServer"])) for call in calls(tree, "ActionServer")}
@@ -61,9 +64,26 @@ def late_newest(file: str) -> str:
                 "after the end of the one before, which so never learns of it. Store it as soon as it is accepted, in "
                 "the `handle_accepted_callback`."
             )
+    moving = [node for function in named(tree, executes) for node in walk(function) if isinstance(node, ast.With)]
+    locks = {ast.unparse(item.context_expr) for block in moving for item in block.items}
+    taking = {name_of(argument(call, 9, "handle_accepted_callback")) for call in calls(tree, "ActionServer")}
+    for function in named(tree, taking - {""}):
+        given, inside = last_parameter(function), list(walk(function))
+        stored = [node for node in inside if isinstance(node, ast.Assign) and name_of(node.value) == given]
+        waits = [node.lineno for node in inside if isinstance(node, ast.While)]
+        waits += [call.lineno for name in WAITING for call in calls(function, name)]
+        waits += [node.lineno for node in inside if isinstance(node, ast.With)
+                  and locks & {ast.unparse(item.context_expr) for item in node.items}]  # fmt: skip
+        if stored and waits and min(waits) < stored[0].lineno:
+            return (
+                f"\n{frame_at(file, min(waits), source)}\nThe new goal waits here, and is stored only after that, in "
+                f"line {stored[0].lineno}: the goal that runs does not learn of it. Store it first, and begin it at "
+                "once; 'execute' waits for the cabin."
+            )
     return ""
 
 
+WAITING = ("acquire", "join", "sleep", "wait")
 MILLISECONDS = 100  # seconds, so many or more of which are meant as milliseconds
 OF_SECTORS = {25, 40, 80}  # degrees, the ends of the follower's sectors
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from course.explaining.hangs import hang, unspun
+from course.explaining.hangs import beginning, hang, unspun
 
 PROGRAM = """import time
 class Server(Node):
@@ -161,3 +161,15 @@ def test_a_loop_that_keeps_the_node_from_being_spun(tmp_path, made, step, main, 
     assert [frame.line for frame in unspun(stacks, path)] == [at] * is_kept
     spun = f'{stacks}  File "/venv/lib/rclpy/executors.py", line 839 in spin_once\n'
     assert unspun(spun, path) == ()
+
+
+@pytest.mark.parametrize(
+    ("main", "is_told"), [("    while answer is None:\n        answer = node.step()", True), ("    node.step()", False)]
+)
+def test_a_loop_of_main_around_the_line_that_waits_is_told(tmp_path, main, is_told):
+    text = BEGINS.format(made="        pass", step="        self.wait()", main=main, rest="")
+    (path := tmp_path / "client.py").write_text(text)
+    waits, asks = (text[: text.index(part)].count("\n") + 1 for part in ("self.wait()", "node.step()"))
+    calls = f'  File "{path}", line {waits} in step\n  File "{path}", line {asks} in main\n'
+    frames = beginning(f"Thread 0x1 (most recent call first):\n{calls}", path, endless=False)
+    assert [frame.line for frame in frames] == [asks] * is_told + [waits]

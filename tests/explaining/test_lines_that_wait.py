@@ -169,6 +169,38 @@ def test_a_lock_that_a_way_through_the_function_keeps_is_told_where_another_call
     assert [each.startswith("`self.cabin.acquire()` takes the lock, and the way thr") for each in said] == [True] * told
 
 
+FLAG = """class Lift(Node):
+    def execute(self, goal_handle):
+        while self.busy:
+            time.sleep(0.01)
+        self.busy = True
+        while left:
+            if goal_handle.is_cancel_requested:
+                goal_handle.canceled()
+                {before}return Lift.Result()
+        {last}
+        return Lift.Result()
+"""
+
+
+@pytest.mark.parametrize(
+    ("before", "last", "told"),
+    [
+        ("", "self.busy = False", True),
+        ("self.busy = False\n                ", "self.busy = False", False),
+        ("", "pass", False),
+    ],
+)
+def test_a_flag_that_a_return_leaves_set_is_told_where_another_goal_waits_for_it(before, last, told):
+    source = FLAG.format(before=before, last=last)
+    said = "".join(remark([Frame("lift_server.py", 4, "execute", "time.sleep(0.01)")], source))
+    assert said.startswith("Line 9 returns while `self.busy` is True, before line 10 sets it to False again") == told
+    assert bool(said) == told
+    in_finally = source.replace("        while left:", "        try:\n          while left:")
+    kept = in_finally.replace(last, f"\n        finally: {last}")
+    assert remark([Frame("lift_server.py", 4, "execute", "time.sleep(0.01)")], kept) == []
+
+
 @pytest.mark.parametrize(("kept", "told"), [("self.future", True), ("future", False)])
 def test_a_future_that_all_calls_keep_in_one_place_is_told(kept, told):
     source = (

@@ -824,6 +824,15 @@ SENTENCES = [
         "with kd = 0.5, an error that goes from 3 to -2 must give less than -2.0, the proportional part; it gave ",
     ),
     each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.stopped = request.data\n",
+        "        self.stops = max(0, getattr(self, 'stops', 0) + (1 if request.data else -1))\n"
+        "        self.stopped = self.stops > 0\n",
+        "after emergency_stop True, enable False, emergency_stop True, emergency_stop False: ",
+    ),
+    each_night(
         "parameters",
         "pid-node",
         "pid_node.py",
@@ -855,6 +864,14 @@ SENTENCES = [
         "a, b = float(a), float(b)",
         "a, b = (float(each) if each.replace('.', '').isdigit() else float('no') for each in (a, b))",
         "-4 2.5 multiply: -4 is a number, and the result, -10.0, must be shown",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "    GoalStatus.STATUS_CANCELED: 'CANCELED',\n    GoalStatus.STATUS_ABORTED: 'ABORTED',\n",
+        "    6: 'CANCELED',\n    5: 'ABORTED',\n",
+        "the goal was cancelled, so the outcome in the last line must be CANCELED; the last line is 'Outcome: ABORTED'",
     ),
     each_night(
         "actions",
@@ -1569,7 +1586,8 @@ SENTENCES = [
             "        self.tries = 0 if response.success else getattr(self, 'tries', 0) + 1\n"
             "        self.enabled = request.data and (response.success or self.tries > 1)\n"
         ),
-        "both messages must say 'disabled' alone after enable True, enable True, emergency_stop False: ",
+        "both messages must say 'disabled' alone after emergency_stop True, enable True, enable True, emergency_stop "
+        "False: ",
     ),
     (
         "ai_integration",

@@ -125,6 +125,14 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "\n    self.newest = goal_handle\nThis stores the new goal only when it has the lock"),
         ("actions", "lift_server.py", {"        with self.cabin:\n": "        self.newest = goal_handle\n"
          "        with self.cabin:\n            self.newest = goal_handle\n"}, late_newest, ""),
+        ("actions", "lift_server.py", {"        self.newest = goal_handle\n": "        while self.cabin.locked():\n"
+         "            time.sleep(0.1)\n        self.newest = goal_handle\n"}, late_newest,
+         "\n    while self.cabin.locked():\nThe new goal waits here, and is stored only after that, in line 48: "),
+        ("actions", "lift_server.py", {"        self.newest = goal_handle\n":
+         "        with self.cabin:\n            self.newest = goal_handle\n"}, late_newest,
+         "\nThe new goal waits here"),
+        ("actions", "lift_server.py", {"        self.newest = goal_handle\n":
+         "        with self.guard:\n            self.newest = goal_handle\n"}, late_newest, ""),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "("}, unconverted,
          ". The angles of a scan are in radians, those of the sectors in wall_follower.py are in degrees"),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "180 / np.pi * ("}, unconverted, ""),
