@@ -583,6 +583,18 @@ def _parameters(function: object) -> int:
     return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
 
 
+def _declared_already(found: re.Match[str], source: str) -> str:
+    """Return the hint on a parameter that is declared twice, or by rclpy when it is given a value at the start."""
+    automatic = "automatically_declare_parameters_from_overrides"
+    for node in (each for each in walk(parse(source)) if isinstance(each, ast.keyword)):
+        if node.arg == automatic and getattr(node.value, "value", False):
+            return (
+                f"`{automatic}` in line {node.value.lineno} declares each parameter that is given at the start: leave "
+                "it out. `declare_parameter` takes the value that is given in place of its default."
+            )
+    return "A parameter is declared once: remove the second declaration."
+
+
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
     key = found[1]
     if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
@@ -595,12 +607,22 @@ def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
         if given:
             return (
                 f"`{named[1]}` has no key '{key}'. It is what the caller of `{given[0]}` passes: compare its keys, "
-                f"which `print({named[1]})` shows."
+                f"which `print({named[1]})` shows.{_passed_without(key, given[0], source)}"
             )
         return (
             f"`{named[1]}` has no key '{key}'. Compare the spelling with the line that creates the dict; "
             f"`print({named[1]})` shows its keys."
         )
+    return ""
+
+
+def _passed_without(key: str, function: str, source: str) -> str:
+    """Return a sentence about a call of `function` in the file with a dict that has not this key; '' without one."""
+    for call in calls(parse(source), function):
+        for given in (each for each in call.args if isinstance(each, ast.Dict) and None not in each.keys):
+            keys = [getattr(each, "value", None) for each in given.keys]
+            if key not in keys:
+                return f" Line {call.lineno} passes `{ast.unparse(given)}`."
     return ""
 
 
@@ -840,7 +862,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"ParameterAlreadyDeclaredException.*use_sim_time",
         _says("rclpy declares `use_sim_time` for each node: remove this declaration."),
     ),
-    (r"ParameterAlreadyDeclaredException", _says("A parameter is declared once: remove the second declaration.")),
+    (r"ParameterAlreadyDeclaredException", _declared_already),
     (r"InvalidParameterTypeException|Wrong parameter type", _wrong_parameter_type),
     (
         r"'(?:NoneType|bool)' object has no attribute '(?:successful|reason)'",

@@ -33,6 +33,43 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _first_rounds(tree)
     yield from _new_locks(tree)
     yield from _empty_slices(tree)
+    yield from _tuples_of_one(tree)
+    yield from _fields_of_another_type(tree)
+
+
+def _tuples_of_one(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield assignments of a value with a comma behind it, and without brackets: `self.stopped = False,`."""
+    for node in (each for each in walk(tree) if isinstance(each, ast.Assign) and isinstance(each.value, ast.Tuple)):
+        targets, value = node.targets, node.value
+        several = any(isinstance(target, (ast.Tuple, ast.List)) for target in targets)
+        one = value.elts[0] if isinstance(value, ast.Tuple) and len(value.elts) == 1 and not several else None
+        if one is not None and one.col_offset == value.col_offset:
+            how = f"write `{ast.unparse(one)}`, without the comma."
+            yield value.lineno, f"the comma at the end makes a tuple of it: {how}"
+
+
+FIELDS = {"bool": "bool_value", "float": "double_value", "int": "integer_value", "str": "string_value"}
+
+
+def _fields_of_another_type(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield where the value of a parameter is read from a field of another type than that of its default."""
+    defaults = {}
+    for call in calls(tree, "declare_parameter"):
+        name, default = argument(call, 0, "name"), argument(call, 1, "value")
+        if isinstance(name, ast.Constant) and isinstance(default, ast.Constant) and default.value is not None:
+            defaults[name.value] = type(default.value).__name__
+    for node in (each for each in walk(tree) if isinstance(each, ast.Attribute) and each.attr in FIELDS.values()):
+        for call in calls(node.value, "get_parameter"):
+            name = argument(call, 0, "name")
+            kind = defaults.get(name.value, "") if isinstance(name, ast.Constant) else ""
+            if kind in FIELDS and node.attr != FIELDS[kind]:
+                yield (
+                    node.lineno,
+                    (
+                        f"`{node.attr}` is empty here: the default of this parameter is of the type {kind}, so its "
+                        f"value is in `{FIELDS[kind]}`. `{ast.unparse(call)}.value` has it whatever the type is."
+                    ),
+                )
 
 
 def _not_awaited(tree: ast.Module) -> Iterator[tuple[int, str]]:

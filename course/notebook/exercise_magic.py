@@ -24,7 +24,7 @@ from course.interfaces.builder import read_definition
 from course.interfaces.kept import keep, packages
 from course.notebook import file_record
 from course.notebook.exercise_names import SUFFIXES, not_wanted, wanted_files
-from course.notebook.file_differences import last_written, only_in_the_file, remember, remember_refused
+from course.notebook.file_differences import last_written, only_in_the_file, remember, remember_unwritten
 from course.notebook.stubs import keep_copy
 from course.session.live import current, live
 
@@ -71,7 +71,11 @@ def exercise(line: str, cell: str) -> None:
         else:
             _interface(path, cell, options.package)
     except CourseError as error:
-        remember_refused(path, str(error).partition("\n")[0])
+        remember_unwritten(path, f"refused: {error}".partition("\n")[0])
+        raise
+    except KeyboardInterrupt:
+        remember_unwritten(path, "interrupted")
+        print(f"{path.name}: not written, because the cell was interrupted", file=sys.stderr)
         raise
     if foreign:
         _tell_of_others(path)

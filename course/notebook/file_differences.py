@@ -11,24 +11,27 @@ from course.notebook.exercise_names import SUFFIXES
 _written: dict[Path, bytes] = {}  # the texts that this kernel's cells have written
 
 
-_refused: dict[Path, str] = {}  # why the last version of a cell was not written
+_unwritten: dict[Path, str] = {}  # what became of the last run of a cell that was not written
 
 
 def remember(file: Path, content: str) -> None:
     """Remember the text that an exercise cell has written: the saved notebook may not have that cell yet."""
     _written[file.resolve()] = content.encode("utf-8", errors="replace")
     file_record.note_written(file, _written[file.resolve()])
-    _refused.pop(file.resolve(), None)
+    _unwritten.pop(file.resolve(), None)
 
 
-def remember_refused(file: Path, why: str) -> None:
-    """Remember that an exercise cell was run but not written: the file is still the one before it."""
-    _refused[file.resolve()] = why
+def remember_unwritten(file: Path, why: str) -> None:
+    """Remember that an exercise cell was run but not written, so that the file is still the one before it.
+
+    `why` is "interrupted", or "refused: " and the reason.
+    """
+    _unwritten[file.resolve()] = why
 
 
-def refusal_of(file: Path) -> str:
-    """Return why the last version of the cell of a file was not written, or ''."""
-    return _refused.get(file.resolve(), "")
+def unwritten(file: Path) -> str:
+    """Return what became of the last run of the cell of a file, if it was not written, as given; or ''."""
+    return _unwritten.get(file.resolve(), "")
 
 
 def last_written(file: Path) -> bytes | None:
@@ -137,11 +140,10 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
     newer = changed > notebook.stat().st_mtime
     if content == written or (newer and content == _written.get(file.resolve())):
         return ""
-    if why := refusal_of(file):
-        first = why.partition("\n")[0]
-        return (
-            f"{file.name} is not what its cell says: the last run of the cell was refused, and wrote nothing: {first}"
-        )
+    if why := unwritten(file):
+        was, colon, reason = why.partition("\n")[0].partition(":")
+        what = f"the last run of the cell was {was}, and wrote nothing{colon}{reason}"
+        return f"{file.name} is not what its cell says: {what}"
     if newer:
         return (
             f"{file.name} differs from its cell in the saved notebook, and is newer: save the notebook, or copy your "

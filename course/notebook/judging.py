@@ -43,6 +43,7 @@ from course.explaining.source import (
     one_at_a_time,
     parameter_callbacks,
     service_callbacks,
+    spins_in_a_callback,
     text_at,
     without_global,
     written_number,
@@ -57,7 +58,7 @@ from course.interfaces.definition import SECTIONS, parse
 from course.interfaces.kept import packages
 from course.notebook.command_line import lost_status, return_in_finally
 from course.notebook.exercise_names import instead_of, left_behind
-from course.notebook.file_differences import refusal_of
+from course.notebook.file_differences import unwritten
 from course.ros.names import split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, action_name, take_request
 from course.session.domains import claim_domain
@@ -94,6 +95,10 @@ LOOKS_ON = "Without a server, `{}` never ends: count the rounds, or wait once, w
 WAITS_ON = (
     "Line {} waits for the answer without a limit. `rclpy.spin_until_future_complete(node, future, timeout_sec=5.0)` "
     "returns after 5 s, also without an answer."
+)
+TAKES_IT_AWAY = (
+    "This spins the node inside one of its own callbacks, and takes it away from the executor that spins it: then "
+    "nothing of the node runs any more. Leave it out; `time.sleep(seconds)` waits, and keeps this thread alone."
 )
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
@@ -403,6 +408,8 @@ def busy(process: Handle, service: str = "") -> str:
             found += remark(second, process.source)
         found += [limit] if (limit := long_limit(process.source, second[-1].line)) else []
         live().watch.forget(NOT_SPUN)  # the start has reported the same
+    elif not found and (spins := spins_in_a_callback(process.source)):
+        found = ["", str(frame_at(process.name, spins.lineno, process.source)), TAKES_IT_AWAY]
     return "\n".join(found)
 
 
@@ -852,11 +859,11 @@ def as_it_lies(*files: str, package: str = "") -> None:
     """
     for name in files:
         path = Path(name)
-        if why := refusal_of(path):
+        if why := unwritten(path):
             raise ExerciseError(
                 f"{name} {'is unchanged' if path.exists() else 'was not written'}, because the last run of its cell "
-                f"was refused: {why}\n"
-                "Correct the cell and run it, then check again."
+                f"was {why}\n"
+                f"{'Run it' if why == 'interrupted' else 'Correct the cell and run it'}, then check again."
             )
         if not path.is_file():
             raise ExerciseError(_missing(name))

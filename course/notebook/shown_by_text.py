@@ -84,6 +84,21 @@ def late_newest(file: str) -> str:
 
 
 WAITING = ("acquire", "join", "sleep", "wait")
+
+
+def stopped_clock(file: str) -> str:
+    """Return lines on a node that sets its own use_sim_time to True; '' if its text does not show that."""
+    source = text_at(Path(file))
+    for call in (node for node in walk(parse(source)) if isinstance(node, ast.Call)):
+        given = [each.value for each in walk(call) if isinstance(each, ast.Constant)]
+        if "use_sim_time" in given and any(each is True for each in given):
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\nWith use_sim_time the clock of this node, and its timers, "
+                "stand still until something publishes /clock. Leave it out: whoever simulates sets it at the start."
+            )
+    return ""
+
+
 MILLISECONDS = 100  # seconds, so many or more of which are meant as milliseconds
 OF_SECTORS = {25, 40, 80}  # degrees, the ends of the follower's sectors
 
@@ -105,10 +120,22 @@ def unconverted(file: str) -> str:
     )
 
 
+def _reversed(file: str) -> str:
+    """Return a sentence on a program that turns the order of a scan's beams round; '' if its text does not."""
+    for line, code in enumerate(text_at(Path(file)).splitlines(), 1):
+        if "ranges" in code and re.search(r"\[::-1\]|\breversed\(|\.reverse\(|\bflip", code):
+            return (
+                f". Line {line} of {file}, `{code.strip()}`, turns the order of the beams round: the first one is at "
+                "angle_min, and the angles of the others grow by angle_increment"
+            )
+    return ""
+
+
 def seen_wrongly(file: str, *, nothing: bool) -> str:
     """Return why a follower takes a scan for another one, or for `nothing`; '' if its text does not show that."""
     return (
         unconverted(file)
+        or _reversed(file)
         or _by_the_last_angle(file)
         or _of_the_sectors(file)
         or (_kept_nothing(file) if nothing else "")

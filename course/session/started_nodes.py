@@ -367,7 +367,7 @@ class StartedNodes:
         """Tell the reader about parameters that were set but not declared by the node, which rclpy does not report."""
         own = sorted(name for name in declared if not name.startswith(OF_NO_INTEREST))
         for name in (name for name in parameters if name not in declared):
-            near = difflib.get_close_matches(name, own, 1)
+            near = [each for each in own if each.lower() == name.lower()] or difflib.get_close_matches(name, own, 1)
             has = f"Did you mean '{near[0]}'?" if near else f"It declares: {', '.join(own) or 'none'}."
             self._watch.notice(f"{who} does not declare a parameter '{name}', so the value has no effect. {has}")
 

@@ -164,6 +164,24 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "A text stands in quotation marks: `'elbow'`.",
         ),
         ("NameError: name 'elbow' is not defined", "", "self.declare_parameter('kp', elbow)", ""),
+        (
+            "KeyError: 'front'",
+            CALLED + "decide({'right': 0.4})\n",
+            "return seen['front']",
+            "which `print(seen)` shows. Line 3 passes `{'right': 0.4}`.",
+        ),
+        (
+            "rclpy.exceptions.ParameterAlreadyDeclaredException: Parameter(s) already declared: ['kp']",
+            "super().__init__('pid', automatically_declare_parameters_from_overrides=True)\n",
+            "self.declare_parameter('kp', 1.0)",
+            "`automatically_declare_parameters_from_overrides` in line 1 declares each parameter that is given at the",
+        ),
+        (
+            "rclpy.exceptions.ParameterAlreadyDeclaredException: Parameter(s) already declared: ['kp']",
+            "super().__init__('pid', automatically_declare_parameters_from_overrides=False)\n",
+            "self.declare_parameter('kp', 1.0)",
+            "A parameter is declared once: remove the second declaration.",
+        ),
         ("KeyError: 'front'", CALLED, "return seen['front']", "It is what the caller of `decide` passes: compare its"),
         (
             "ModuleNotFoundError: No module named 'my_package'",

@@ -1003,6 +1003,43 @@ def test_a_node_with_callbacks_that_nothing_spins_is_told(parts, line, name):
     assert told == ([says] if name else [])
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.stopped = False,", "the comma at the end makes a tuple of it: write `False`, without the comma."),
+        ("self.stopped = (False,)", ""),
+        ("self.first, = values", ""),
+        ("first, = values,", ""),
+        ("self.both = False, True", ""),
+    ],
+)
+def test_a_comma_that_makes_a_tuple_is_told(line, told):
+    text = f"%%exercise motors.py\nclass Motors(Node):\n    def __init__(self):\n        {line}\n"
+    assert slips(f"{text}        print(self.stopped, self.first, self.both)\n") == [f"note: line 3: {told}"] * bool(
+        told
+    )
+
+
+@pytest.mark.parametrize(
+    ("default", "field", "holds"),
+    [
+        ("0", "double_value", "integer_value"),
+        ("0.0", "integer_value", "double_value"),
+        ("True", "integer_value", "bool_value"),
+        ("'elbow'", "string_value", ""),
+        ("Parameter.Type.DOUBLE", "integer_value", ""),
+        ("0", "integer_value", ""),
+    ],
+)
+def test_a_field_of_another_type_than_that_of_a_parameter_is_told(default, field, holds):
+    read = f"self.get_parameter('a').get_parameter_value().{field}"
+    cell = f"%%exercise relay.py\nself.declare_parameter('a', {default})\nprint({read})\n"
+    told = "\n".join(slips(cell))
+    assert (
+        (f"`{field}` is empty here:" in told and f"so its value is in `{holds}`." in told) == bool(holds) == bool(told)
+    )
+
+
 def test_a_publisher_that_a_callback_makes_is_told():
     heard = "%%exercise a.py\nself.create_subscription(Float64, 'error', self.hear, 10)\n\ndef hear(self, msg):\n    {}"
     (told,) = slips(heard.format("self.create_publisher(Float64, 'effort', 10).publish(msg)"))

@@ -8,6 +8,7 @@ import pytest
 
 from course.errors import ExerciseError
 from course.notebook import exercise_magic
+from course.notebook.judging import as_it_lies
 from course.notebook.progress import progress
 from tests.kernels import Kernel
 
@@ -313,6 +314,21 @@ def test_a_file_that_was_edited_is_not_written_over_when_no_copy_can_be_kept(tmp
     with pytest.raises(ExerciseError, match="Nothing was written; the file is unchanged"):
         exercise_magic.exercise("mine.py --no-start", "A = 3\n")
     assert (tmp_path / "mine.py").read_text() == "A = 2  # by hand\n"
+
+
+def test_a_build_that_was_interrupted_says_that_the_file_is_as_before(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "Ask.srv").write_text("float32 a\n---\n")
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(exercise_magic, "build", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        exercise_magic.exercise("Ask.srv", "float64 a\n---\n")
+    assert capsys.readouterr().err == "Ask.srv: not written, because the cell was interrupted\n"
+    with pytest.raises(ExerciseError, match="Ask.srv is unchanged, because the last run of its cell was interrupted"):
+        as_it_lies("Ask.srv")
 
 
 def test_a_check_passed_means_that_it_passed_for_the_file_as_it_lies_there(tmp_path):

@@ -18,7 +18,7 @@ from course.notebook.file_differences import (
     differences,
     only_in_the_file,
     remember,
-    remember_refused,
+    remember_unwritten,
     unlike,
 )
 from course.notebook.stubs import keep_copy
@@ -68,7 +68,7 @@ def test_a_cell_that_was_refused(folder):
     """Nothing was edited since, and running the cell again would not replace the file."""
     age(folder / "Ask.srv", 60)
     (folder / "section.ipynb").write_text((folder / "section.ipynb").read_text().replace("int32 a", "int32 a, b"))
-    remember_refused(folder / "Ask.srv", "Ask.srv, line 1: only one field per line\nint32 a, b")
+    remember_unwritten(folder / "Ask.srv", "refused: Ask.srv, line 1: only one field per line\nint32 a, b")
     assert differences(folder)["Ask.srv"] == (
         "Ask.srv is not what its cell says: the last run of the cell was refused, and wrote nothing: Ask.srv, line 1: "
         "only one field per line"

@@ -815,6 +815,64 @@ SWALLOWED = """\
                 return
 """
 SENTENCES = [
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "slope = (error - self.last_error) / step if step > 0.0 else 0.0",
+        "new = (error - self.last_error) / step if step > 0.0 else 0.0\n"
+        "        slope, self.slope = (new + getattr(self, 'slope', 0.0)) / 2, new",
+        "the same error again must give 2.0: the slope is that from the error before to this one, 0 here; it gave 10.0",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "            if param.name in limits:\n                limits[param.name] = param.value\n",
+        "            limits['output_min' if param.name == 'output_min' else 'output_max'] = param.value\n",
+        "{'kp': 3.0} must be accepted, and was refused: output_min (11.0) must be below output_max (3.0)",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "            time.sleep(period)\n",
+        "            rclpy.spin_once(self, timeout_sec=period)\n",
+        "This spins the node inside one of its own callbacks, and takes it away from the executor that spins it",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "    rclpy.init(args=args)\n",
+        "    if not all(0 <= floor <= 9 for floor in options.floors):\n        print('REJECTED')\n        return 1\n"
+        "    rclpy.init(args=args)\n",
+        "one goal with the floors [12, 6] must be sent, and none was: the server, not the client, decides which floors",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "from wall_agent import WallAgent\n",
+        "class WallAgent:\n    def decide_action(self, distances):\n        return {'linear': 0.3, 'angular': 0.0}\n",
+        "the agent is that of wall_agent.py: take the class WallAgent out of wall_follower.py, and write `from",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "np.array(scan.ranges, dtype=float)",
+        "np.array(scan.ranges[::-1], dtype=float)",
+        "`ranges = np.array(scan.ranges[::-1], dtype=float)`, turns the order of the beams round: the first one is at ",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "super().__init__('wall_follower')",
+        "super().__init__('wall_follower', parameter_overrides=[rclpy.Parameter('use_sim_time', value=True)])",
+        "With use_sim_time the clock of this node, and its timers, stand still until something publishes /clock.",
+    ),
     (
         "parameters",
         "pid-node",
