@@ -380,3 +380,18 @@ def test_a_worker_needs_no_suite_of_its_own(tmp_path):
     assert exercises.pack("services").digest == packed.digest
     assert exercises.Packed("services", packed.files | {"services/suite.py": b""}).digest != packed.digest
     assert os.stat(sent.folder.parent).st_mode & 0o077 == 0
+
+
+def test_ctrl_c_while_the_command_line_loads_ends_it_without_a_traceback():
+    loading = (
+        "import os, signal, sys\n"
+        "class Loading:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'autograder.cli':\n"
+        "            os.kill(os.getpid(), signal.SIGINT)\n"
+        "from autograder.__main__ import main\n"
+        "sys.meta_path.insert(0, Loading())\n"
+        "main()\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", loading], capture_output=True, text=True, timeout=60, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (-signal.SIGINT, "", "")
