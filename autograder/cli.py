@@ -162,6 +162,7 @@ def grade(
     known = of_class(submitted, roster)
     zero = without_notebook == Unanswered.ZERO
     with output.Output(out, resume) as results, contextlib.ExitStack() as opened:
+        results.asks(found)
         seeds = batch.draw(results.left(found), seed)
         if seeds:
             pool = opened.enter_context(batch.workers(jobs, scheduler, patience, unsafe))
@@ -397,7 +398,7 @@ def return_command(
     platform = form.value if form else None
     result = give_back(out, target, platform, assignment, student or [], url, absent, changed)
     print(printable(describe_returned(result)))
-    raise typer.Exit(1 if result.left_out else 0)
+    raise typer.Exit(1 if result.left_out or result.ungraded else 0)
 
 
 @app.command("export")
@@ -707,6 +708,7 @@ def _circumstances(
             raise
         url = ""
     ungraded = [(who, name) for name in names for who in absent[name] if listing.is_handed_in(submitted, who, name)]
+    ungraded = sorted({*ungraded, *output.unfinished(out, submitted)})
     absent = {name: [each for each in absent[name] if (each, name) not in ungraded] for name in names}
     late = lateness(url, submitted) if url else {}
     findings = [finding for name in names for finding in find(out, name, ALIKE)]

@@ -174,6 +174,7 @@ class Exporter(ExportPlugin):
                     *(printable(assignment.name), f"{points:g} points"),
                 )
             self._tell_who(assignment.name, [grades[student.id][assignment.name] for student in students])
+            self._tell_unknown(assignment.name, submitted, {student.id for student in gradebook.students})
         return grades
 
     def _tell_who(self, assignment: str, grades: list[Grade]) -> None:
@@ -200,6 +201,19 @@ class Exporter(ExportPlugin):
             who = ", ".join(left)
             self.log.warning(
                 "%s: nothing was collected of these, who have left the class: %s", printable(assignment), who
+            )
+
+    def _tell_unknown(self, assignment: str, submitted: Path, known: set[str]) -> None:
+        """Log the students who have handed in, and whom the gradebook does not have, because nothing was graded yet."""
+        found = listing.folders(submitted) if submitted.is_dir() else []
+        new = [each for each in found if each not in known and listing.is_handed_in(submitted, each, assignment)]
+        if new and not self.student:
+            who = ", ".join(map(printable, new))
+            self.log.warning(
+                "%s: handed in, %s, and not in the gradebook: %s. Grade, and export again",
+                printable(assignment),
+                UNGRADED,
+                who,
             )
 
     def _in_class(self) -> set[str] | None:

@@ -9,7 +9,7 @@ import contextlib
 import fcntl
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeVar
@@ -23,6 +23,7 @@ from course.foundation import storage
 RESULTS = "results.jsonl"
 HISTORY = "history.jsonl"  # results replaced by newer ones
 DETAILS = "details.jsonl"  # for instructors only
+ASKED = ".asked.json"  # the submissions that gradings into the folder were asked for
 
 Read = TypeVar("Read")
 
@@ -77,6 +78,11 @@ class Output:
     def left(self, found: list[tuple[str, str]]) -> list[tuple[str, str]]:
         """Return the found submissions that have no result, or only an infrastructure error."""
         return [key for key in found if key not in self.done or self.done[key].status == INFRASTRUCTURE_ERROR]
+
+    def asks(self, found: Iterable[tuple[str, str]]) -> None:
+        """Remember what is to be graded, so that an unfinished grading is seen later."""
+        keys = sorted({*_asked(self.folder), *found})
+        storage.replace(self.folder / ASKED, json.dumps(keys).encode(), storage.PRIVATE)
 
     def write(self, report: Report, basis: Basis) -> None:
         """Append the instructor's details and then the result, both synced to disk, and write the student's page."""
@@ -136,6 +142,18 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
     Raises UsageError when a line cannot be read.
     """
     return {(report.student, report.assignment): report for report in _read_lines(folder / RESULTS, Report.from_fields)}
+
+
+def unfinished(folder: Path, submitted: Path) -> list[tuple[str, str]]:
+    """Return the submissions that a grading into a folder was asked for, that have no result and are still there."""
+    done = read_results(folder)
+    return [key for key in _asked(folder) if key not in done and listing.is_handed_in(submitted, *key)]
+
+
+def _asked(folder: Path) -> list[tuple[str, str]]:
+    with contextlib.suppress(OSError, ValueError):
+        return [(student, assignment) for student, assignment in json.loads((folder / ASKED).read_bytes())]
+    return []
 
 
 def read_with_details(

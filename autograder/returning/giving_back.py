@@ -46,7 +46,7 @@ class Returned:
     left_out: list[str] = field(default_factory=list)  # one line each
     waiting: list[str] = field(default_factory=list)  # returned although a cell is still to be marked by hand
     nothing: list[str] = field(default_factory=list)  # students of the roster without a submission
-    ungraded: list[str] = field(default_factory=list)  # those with one that is not in the results
+    ungraded: list[str] = field(default_factory=list)  # what is not in the results: a student, or STUDENT/ASSIGNMENT
     unchanged: int = 0  # pages whose content is the same as at the last return
     changed: list[str] | None = None  # those returned now, if only changed pages were asked for
     unmarked: bool = False  # without the marks by hand: no gradebook was found
@@ -110,12 +110,12 @@ def give_back(
             {each for each in roster if not students or each in students} - {student for student, _ in reports}
         )
         names = {assignment for _, assignment in reports}
-        ungraded = [
-            each
-            for each in without
-            if any(listing.is_handed_in(place, each, name) for place in marks for name in names)
-        ]
-        nothing = [student for student in without if student not in ungraded]
+        left = {key for place in marks for key in output.unfinished(out, place)}
+        left |= {(each, name) for each in without for name in names for place in marks
+                 if listing.is_handed_in(place, each, name)}  # fmt: skip
+        left = {key for key in left if assignment in (None, key[1]) and (not students or key[0] in students)}
+        nothing = [each for each in without if each not in {student for student, _ in left}]
+        ungraded = ["/".join(key) if len(names) > 1 else key[0] for key in sorted(left)]
         unmarked = gradebook is None and any(each.url is None for each in marks.values())
         result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded, unmarked=unmarked)
         pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)
@@ -184,7 +184,8 @@ def describe(result: Returned) -> str:
         lines += [f"{counted(result.unchanged, 'page')} as they were returned last: not returned again."] * bool(
             result.unchanged
         )
-    return "\n".join([*lines, f"{counted(sum(result.made.values()), 'page')} returned; {len(result.left_out)} not."])
+    made, left = sum(result.made.values()), len(result.left_out) + len(result.ungraded)
+    return "\n".join([*lines, f"{counted(made, 'page')} returned; {left} not."])
 
 
 def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:

@@ -137,7 +137,8 @@ def test_plain(book, tmp_path, caplog):
 
 def test_what_was_handed_in_and_is_not_graded_yet_gets_no_0(book, tmp_path, caplog):
     """As after a grading that was killed, or a hand-in that was collected later."""
-    (tmp_path / "submitted" / "eve" / "services").mkdir(parents=True)
+    for student in ("eve", "fay"):  # fay is not in the gradebook
+        (tmp_path / "submitted" / student / "services").mkdir(parents=True)
     config = Config()
     config.CourseDirectory.root = str(tmp_path)
     exporter = CsvExporter(config=config)
@@ -148,6 +149,8 @@ def test_what_was_handed_in_and_is_not_graded_yet_gets_no_0(book, tmp_path, capl
     states = {row["assignment"]: (row["state"], row["score"]) for row in rows if row["student_id"] == "eve"}
     assert states == {"calculator": ("not handed in", "0"), "services": ("not graded yet", "")}
     assert "services: handed in, and not graded yet: eve. Grade, and export again" in caplog.text
+    assert "services: handed in, not graded yet, and not in the gradebook: fay. Grade, and export again" in caplog.text
+    assert "fay" not in {row["student_id"] for row in rows}
 
 
 def test_days_late_are_0_only_in_time_and_count_the_extension(book, tmp_path, monkeypatch):

@@ -248,6 +248,21 @@ def test_who_has_no_page_is_said(submitted, tmp_path):
     assert page.status == INVALID_SUBMISSION
 
 
+def test_what_an_unfinished_grading_has_left_is_said_without_a_roster(submitted, tmp_path, capsys):
+    out = graded(submitted, tmp_path / "out", report("ada"))
+    with Output(out, resume=True) as results:
+        results.asks([(student, "services") for student in ("ada", "doejane", "gone")])
+    assert cli.app(["return", str(out)], standalone_mode=False) == 1
+    told = capsys.readouterr().out
+    assert "Without a page, because what they have handed in is not graded yet:\n  doejane\n" in told
+    assert told.endswith("1 page returned; 1 not.\n")
+    cli.app(["report", str(out)], standalone_mode=False)
+    told = " ".join(capsys.readouterr().out.split())
+    assert "handed in, and not graded yet (`autograder grade` with --resume grades the rest): doejane/services" in told
+    graded(submitted, out, report("doejane"))
+    assert cli.app(["return", str(out)], standalone_mode=False) == 0
+
+
 def test_what_a_student_could_write_decides_nothing(submitted, tmp_path):
     """A student's own files and file names say who somebody is to nobody."""
     folder = submitted / "ada" / "services"
