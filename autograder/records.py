@@ -109,6 +109,7 @@ class Ended:
     stopped: str = ""  # why the launcher ended it
     suspects: list[str] = field(default_factory=list)  # handed-in files whose programs sent much, see `sandbox.traffic`
     busy: float = 0.0  # runnable threads per core of the machine, on average over the job
+    used: float = 0.0  # s of the processor that the job took, with all its programs
 
 
 Message = Job | Verdict | Finished | Ended

@@ -110,7 +110,7 @@ class DaskPool:
 
 def _grade(submission: Submission, packed: exercises.Packed, seed: int, patience: float, unsafe: bool) -> Report:
     """Grade a submission; called on a worker."""
-    with admission.turn():
+    with admission.turn(submission.assignment):
         return single.grade(submission, _box(unsafe), seed, patience, exercises.unpack(packed))
 
 

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 from autograder.records import UNSAFE, Ended, Job, from_line, to_line
@@ -25,6 +26,7 @@ from autograder.sandbox.sandbox import MEMORY, WATCHED, Sandbox
 from autograder.sandbox.supervision import GLANCE
 from autograder.sandbox.traffic import WHY, Traffic
 from autograder.sandbox.usage import children, of_sandbox, processes, running, takes_more, visible
+from course.foundation.processes import processor_time
 from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
@@ -68,7 +70,7 @@ class Launcher:
 
     def run(self, job: Job) -> Ended | None:
         """Have one job done; None if stdin was closed meanwhile."""
-        own = Path(job.interfaces) if job.interfaces else None
+        own, before = Path(job.interfaces) if job.interfaces else None, self._used()
         channel, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         sandbox = Sandbox(self.confinement, job.files, own, job.core, self._forkserver)
         with users.borrowed(self.confinement) as user, sandbox, channel:
@@ -77,7 +79,11 @@ class Launcher:
                 self._hand_over(job, user, theirs)
             ended = self._serve(server, channel, user, job.limit)
         wait_until(self._orphans_are_gone, ORPHANED, alert=False)
-        return ended
+        return ended and replace(ended, used=round(self._used() - before, 2))
+
+    def _used(self) -> float:
+        """Return the processor time (s) of this process, of those that it keeps, and of all that have ended."""
+        return sum(processor_time(pid, ended=True) for pid in (os.getpid(), *self._own()))
 
     def _orphans_are_gone(self) -> bool:
         """Reap the orphans of programs, as the first process of a namespace must; return True if none is left."""

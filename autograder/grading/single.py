@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from autograder.errors import InfrastructureError, JudgeDied
+from autograder.grading import admission
 from autograder.grading.worker import worker
 from autograder.records import (
     BUSY_MACHINE,
@@ -224,7 +225,9 @@ def judge(
             *(exercise.name, contents(exercise), files, seed, confinement, prefix, limit, number, patience, chosen),
             refused=refused or {},
         )
+        start = time.monotonic()
         answer = process.run(job)
+        admission.learn(exercise.name, answer.used, time.monotonic() - start)
     if answer.finished.fault:
         raise InfrastructureError(answer.finished.fault, answer.verdicts, answer.busy)
     given = [verdict.id for verdict in answer.verdicts]

@@ -49,7 +49,7 @@ class ThisMachine:
 
     def _grade(self, task: Task, exercise: exercises.Exercise, grading: "Future[Report]") -> None:
         try:
-            with admission.turn():
+            with admission.turn(exercise.name):
                 report = single.grade(task.submission, self._box, task.seed, self._patience, exercise)
         except BaseException as error:
             grading.set_exception(error)

@@ -35,6 +35,7 @@ class Answer:
     verdicts: list[Verdict]
     finished: Finished
     busy: float  # see Ended
+    used: float  # see Ended
 
 
 class Worker:
@@ -94,7 +95,7 @@ class Worker:
                 verdicts,
                 ended.busy if isinstance(ended, Ended) else 0.0,
             )
-        return Answer(verdicts, finished, ended.busy)
+        return Answer(verdicts, finished, ended.busy, ended.used)
 
     def _kill(self) -> None:
         """End the worker by killing the child of `unshare`, the first process of the worker's namespace.

@@ -60,11 +60,10 @@ def ancestors(pid: int) -> list[int]:
     return found
 
 
-def processor_time(pid: int) -> float:
-    """Return the processor time (s) of a process; 0 if it is gone."""
+def processor_time(pid: int, *, ended: bool = False) -> float:
+    """Return the processor time (s) of a process, with that of its `ended` children if asked for; 0 if it is gone."""
     try:
-        user, system = stat(pid)[11:13]
-        return (int(user) + int(system)) / os.sysconf("SC_CLK_TCK")
+        return sum(map(int, stat(pid)[11 : 15 if ended else 13])) / os.sysconf("SC_CLK_TCK")
     except (OSError, ValueError):
         return 0.0
 

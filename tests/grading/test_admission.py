@@ -1,7 +1,7 @@
 """When a grading may begin: while a core is left, or processor to spare, and with a turn for every command."""
 
 import threading
-from collections import deque
+from collections import Counter, deque
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
@@ -20,7 +20,7 @@ def machine(monkeypatch, tmp_path):
     waiting: set[int] = set()
     at_most: list[int] = []
 
-    def look(folder) -> bool:
+    def look(folder, exercise) -> bool:
         waiting.add(threading.get_ident())
         at_most.append(len(waiting))
         found = spare.wait(0.01)
@@ -38,7 +38,7 @@ def test_one_grading_of_a_command_waits_for_the_machine_so_that_others_have_thei
     begun = threading.Semaphore(0)
 
     def grade() -> None:
-        with admission.turn():
+        with admission.turn("calculator"):
             begun.release()
 
     with ThreadPoolExecutor(CLASS) as pool:
@@ -77,7 +77,7 @@ def test_an_extra_grading_begins_when_the_others_leave_processor_now_and_on_aver
     monkeypatch.setattr(admission, "_idle", lambda: idle[0])
     monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(admission.time, "sleep", sleep)
-    assert [admission._find_spare(tmp_path) for _ in shares] == admitted
+    assert [admission._find_spare(tmp_path, "calculator") for _ in shares] == admitted
 
 
 @pytest.mark.parametrize(("share", "admitted"), [(0.2, False), (2.0, True)])
@@ -88,4 +88,45 @@ def test_a_process_that_was_stopped_meanwhile_goes_on(monkeypatch, tmp_path, sha
     monkeypatch.setattr(admission, "_idle", lambda: share * now[0])
     monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(admission.time, "sleep", lambda _: now.__setitem__(0, now[0] + 2 * admission.LONGER))
-    assert [admission._find_spare(tmp_path) for _ in range(3)] == [admitted] * 3
+    assert [admission._find_spare(tmp_path, "calculator") for _ in range(3)] == [admitted] * 3
+
+
+@pytest.mark.parametrize(
+    ("running", "exercise", "share", "admitted"),
+    [
+        (["calculator"] * 5, "calculator", 1.0, True),
+        (["calculator"] * 8, "calculator", 1.0, True),
+        (["calculator"] * 9, "calculator", 1.0, False),  # no room left
+        (["calculator"] * 5, "calculator", 0.1, False),  # somebody else uses the machine
+        (["ai_integration"], "calculator", 0.5, True),
+        (["ai_integration"], "ai_integration", 0.5, True),
+        (["ai_integration"] * 2, "ai_integration", 2.0, False),
+        (["ai_integration"] * 2, "calculator", 2.0, True),
+        (["services"], "calculator", 0.5, False),  # not known yet: by what is idle
+        (["services"], "calculator", 0.8, True),
+    ],
+)
+def test_an_extra_grading_begins_when_the_cores_have_room_for_what_it_takes(
+    monkeypatch, tmp_path, running, exercise, share, admitted
+):
+    """By what gradings took before: a fifth of a core, and four fifths."""
+    now = [100.0]
+    monkeypatch.setattr(admission, "_looks", deque())
+    monkeypatch.setattr(admission, "_running", Counter(running))
+    monkeypatch.setattr(admission, "_taken", {})
+    monkeypatch.setattr(admission, "cores", lambda: 2)
+    monkeypatch.setattr(admission, "_idle", lambda: share * now[0])
+    monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(admission.time, "sleep", lambda seconds: now.__setitem__(0, now[0] + seconds))
+    for used in (1.0, 1.8):
+        admission.learn("calculator", used, 7.0)
+    admission.learn("ai_integration", 8.0, 10.0)
+    assert admission._find_spare(tmp_path, exercise) == admitted
+
+
+def test_a_grading_counts_while_it_runs_and_not_when_it_has_failed(monkeypatch, tmp_path):
+    monkeypatch.setattr(admission, "runtime_folder", lambda: tmp_path)
+    with pytest.raises(ValueError, match="broken"), admission.turn("services"):
+        assert admission._running["services"] == 1
+        raise ValueError("broken")
+    assert admission._running["services"] == 0
