@@ -83,7 +83,8 @@ class Launcher:
 
     def _used(self) -> float:
         """Return the processor time (s) of this process, of those that it keeps, and of all that have ended."""
-        return sum(processor_time(pid, ended=True) for pid in (os.getpid(), *self._own()))
+        kept = {os.getpid(), *self._own(), *processes(self._judging.pid)}
+        return sum(processor_time(pid, ended=True) for pid in kept)
 
     def _orphans_are_gone(self) -> bool:
         """Reap the orphans of programs, as the first process of a namespace must; return True if none is left."""
