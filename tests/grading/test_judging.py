@@ -15,7 +15,7 @@ import pytest
 
 from autograder import cli
 from autograder.errors import InfrastructureError, JudgeDied
-from autograder.grading import single
+from autograder.grading import admission, single
 from autograder.grading.judge_process import LIMITS
 from autograder.grading.launcher import JUDGE
 from autograder.paths import HIDDEN, PACKAGE
@@ -105,6 +105,19 @@ assert wait_until(psutil.Process(worker._process.pid).children, 20)
 worker.close()
 print(psutil.Process().children(recursive=True))
 """
+
+
+BURNS = b"import time\nwhile time.process_time() < 1.5: pass\n"
+
+
+def test_what_programs_use_of_the_processor_is_known_when_they_have_ended(confinement, monkeypatch):
+    """By it, the next gradings of the exercise are admitted."""
+    learnt = []
+    monkeypatch.setattr(admission, "learn", lambda *given: learnt.append(given))
+    part = exercises.load("services").part("test_status")
+    single.judge(part, REFERENCE | {"motor_service.py": BURNS + REFERENCE["motor_service.py"]}, confinement, 1, 1.0)
+    ((name, used, seconds),) = learnt
+    assert name == "services" and 1.5 < used < 1.5 + admission.cores() * seconds
 
 
 def test_a_worker_that_is_ended_leaves_nothing_to_the_first_process_of_a_container(confinement):
