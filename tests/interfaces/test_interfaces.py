@@ -62,6 +62,35 @@ COMMENTED = f"{ABOVE}{BESIDE}---\n{ABOVE}int32 K=1 # {COMMENTS[0]}\n{BESIDE}{ABO
 ONCE = {"Calculate.srv": CALCULATE, "Ask.srv": COMMENTED}
 
 
+def test_the_generators_share_what_each_would_do_again(tmp_path, monkeypatch):
+    """Each definition is parsed once, and those of all packages are looked for once."""
+    import em
+    from rosidl_cli.command import helpers
+    from rosidl_parser import parser
+
+    from course.interfaces.generate import generate, spare_what_is_repeated
+
+    asked = []
+
+    def counted(original):
+        def call(argument):
+            asked.append(original.__name__)
+            return original(argument)
+
+        return call
+
+    shared = [(parser, "get_ast_from_idl_string"), (helpers, "dependencies_from_include_paths")]
+    for owner, name in [*shared, (em.Scanner, "check")]:
+        original = getattr(owner, name)
+        monkeypatch.setattr(owner, name, original if owner is em.Scanner else counted(original))
+    spare_what_is_repeated()
+    (tmp_path / "source/msg").mkdir(parents=True)
+    (tmp_path / "source/msg/Told.msg").write_text("string words 'a \"quoted\" word'\n")
+    generate("told", *(tmp_path / name for name in ("source", "idl", "output")))
+    assert sorted(asked) == sorted(name for _, name in shared)
+    assert r'"a \"quoted\" word"' in (tmp_path / "output/told/msg/detail/told__functions.c").read_text()
+
+
 def test_a_build_is_importable_at_once_and_by_children(cache):
     out = run(
         f"""
