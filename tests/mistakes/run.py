@@ -90,7 +90,8 @@ class Kernels:
             folder.mkdir()
             shutil.copy(SOLUTIONS.parent / "notebooks" / exercise / f"{exercise}.ipynb", folder)
             self._made[exercise] = Kernel(folder)
-            self._made[exercise].run(SESSION)
+            # Each reset looks twice for garbage: not among all that was loaded before the first mistake.
+            self._made[exercise].run(f"{SESSION}\nimport gc\ngc.collect()\ngc.freeze()")
         return self._made[exercise]
 
 
