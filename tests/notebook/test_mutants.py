@@ -76,7 +76,8 @@ def test_the_test_that_finds_a_mutant_is_named_and_what_survives_is_said(file):
     assert [mutant.slip for mutant in try_tests(file, tests).survivors] == ["< becomes <="]
 
 
-def test_a_mutant_that_does_not_end_is_found(tmp_path):
+def test_a_mutant_that_does_not_end_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr("course.session.stacks.SPENT", 1.0)
     (tmp_path / "count.py").write_text("def count(n):\n    while not n == 0:\n        n = n - 1\n    return n\n")
     trial = try_tests(
         tmp_path / "count.py", "from count import count\ndef test_it(): assert count(3) == 0\n", timeout=3
@@ -87,6 +88,7 @@ def test_a_mutant_that_does_not_end_is_found(tmp_path):
 @pytest.mark.parametrize("line", ["while True: pass", "threading.Event().wait()"])
 def test_tests_that_do_not_end_are_told_with_their_line(file, line, monkeypatch):
     monkeypatch.setattr(mutants, "USUAL", 300.0)
+    monkeypatch.setattr("course.session.stacks.SPENT", 1.0)
     began = time.monotonic()
     with pytest.raises(ExerciseError) as error:
         tests = f"import threading, near\ndef test_it():\n    {line}\n"
