@@ -158,11 +158,13 @@ def group(nodeid: str) -> str:
 
 
 def pytest_configure(config):
-    """Tell pytest of the markers that grant a second try, and time."""
+    """Tell pytest of the markers that grant a second try, and time; no garbage is looked for until all is collected."""
+    gc.disable()
     config.addinivalue_line("markers", "drives(reason): drives a browser or a hub; a second try is granted, and named")
     config.addinivalue_line("markers", f"long(reason): takes more than {LONG} s on a quiet machine")
 
 
+@pytest.hookimpl(trylast=True)  # of those that are not run, nothing is asked
 def pytest_collection_modifyitems(items):
     """Begin with the groups that take longest; the order within a file stays as it is written."""
     for item in items:
@@ -202,6 +204,7 @@ def pytest_collection_finish():
         database.read_version_in_process()
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_xdist_make_scheduler(config, log):
