@@ -233,16 +233,9 @@ class World(Node):
             self._collision_pub.publish(String(data=str(collision)))
 
     def _show(self, stamp: Time) -> None:
-        """Publish the odometry and then the scan, with this `stamp`."""
-        (x, y, heading), (linear, angular) = self.simulation.pose, self.simulation.velocity
-        odometry = Odometry(child_frame_id="base_link")
-        odometry.header.stamp, odometry.header.frame_id = stamp, "odom"
-        odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
-        odometry.pose.pose.orientation.z = math.sin(heading / 2.0)
-        odometry.pose.pose.orientation.w = math.cos(heading / 2.0)
-        odometry.twist.twist.linear.x, odometry.twist.twist.angular.z = linear, angular
-        self._odom_pub.publish(odometry)
-
+        """Publish the odometry, if anybody has subscribed to it, and then the scan, with this `stamp`."""
+        if self._odom_pub.get_subscription_count():
+            self._show_odometry(stamp)
         laser, scan = self.simulation.laser, LaserScan()
         scan.header.stamp, scan.header.frame_id = stamp, "laser"
         scan.angle_min, scan.angle_increment = laser.angle_min, laser.angle_increment
@@ -252,6 +245,16 @@ class World(Node):
         # An array is assigned directly; for a list, the message class checks each number twice.
         scan.ranges = array("f", self.simulation.scan().astype(np.float32).tobytes())
         self._scan_pub.publish(scan)
+
+    def _show_odometry(self, stamp: Time) -> None:
+        (x, y, heading), (linear, angular) = self.simulation.pose, self.simulation.velocity
+        odometry = Odometry(child_frame_id="base_link")
+        odometry.header.stamp, odometry.header.frame_id = stamp, "odom"
+        odometry.pose.pose.position.x, odometry.pose.pose.position.y = x, y
+        odometry.pose.pose.orientation.z = math.sin(heading / 2.0)
+        odometry.pose.pose.orientation.w = math.cos(heading / 2.0)
+        odometry.twist.twist.linear.x, odometry.twist.twist.angular.z = linear, angular
+        self._odom_pub.publish(odometry)
 
     # Lockstep
 

@@ -27,6 +27,7 @@ from course.world.rooms import Room, find
 MAX_STEP = 0.01  # s, the longest move between two collision checks: 5 mm at the robot's full speed
 OBSTACLE = 0.15  # m, radius of a dropped obstacle: smaller than the robot, so that the robot cannot be inside
 OVERLAP = 0.01  # m by which an obstacle may stand in a wall: the robot view knows walls to the nearest 0.01 m
+ROUNDING = 1e-9  # m, more than the sums of a step are wrong by
 AWAY = 0.02  # m that the robot must back off before touching the obstacle again counts as a new collision
 
 
@@ -50,10 +51,19 @@ class Robot:
 
 def advance(pose: Pose, linear: float, angular: float, duration: float) -> Pose:
     """Return the pose after driving from `pose` for `duration` s at constant speeds (m/s, rad/s), on a circular arc."""
-    x, y, heading = pose
+    return _moved(pose, *_arc(linear, angular, duration))
+
+
+def _arc(linear: float, angular: float, duration: float) -> tuple[float, float]:
+    """Return the chord (m) and the turn (rad) of the arc that is driven in `duration` s."""
     turn = angular * duration
-    # The chord of the arc; written with sinc, it also holds when the robot drives straight.
-    chord = linear * duration * float(np.sinc(turn / (2.0 * math.pi)))
+    # Written with sinc, the chord also holds when the robot drives straight.
+    return linear * duration * float(np.sinc(turn / (2.0 * math.pi))), turn
+
+
+def _moved(pose: Pose, chord: float, turn: float) -> Pose:
+    """Return the pose at the end of an arc from `pose`, of this chord (m) and turn (rad)."""
+    x, y, heading = pose
     middle = heading + turn / 2.0
     return x + chord * math.cos(middle), y + chord * math.sin(middle), math.remainder(heading + turn, 2.0 * math.pi)
 
@@ -149,6 +159,10 @@ class Simulation:
     def _clearance(self, pose: Pose) -> float:
         return clearance(pose[:2], self.room.segments)
 
+    def _is_free(self, way: float) -> bool:
+        """Return True if the robot is farther from all obstacles than it drives now (m): most steps touch nothing."""
+        return self._clearance(self.pose) - self.robot.radius > way + ROUNDING
+
     @fitting
     def place(self, pose: Pose) -> None:
         """Put the robot at `pose` (x m, y m, heading rad), at rest; its history is kept.
@@ -215,10 +229,12 @@ class Simulation:
         linear, angular = self.robot.limit(linear, angular)
         pieces = max(1, math.ceil(duration / MAX_STEP - 1e-9))
         begun, moved = None, 0.0
+        chord, turn = _arc(linear, angular, duration / pieces)
+        free = not linear or (not self.touching and self._is_free(pieces * abs(chord)))
         for _ in range(pieces):
-            ahead = advance(self.pose, linear, angular, duration / pieces)
+            ahead = _moved(self.pose, chord, turn)
             self.time += duration / pieces
-            gap = self._clearance(ahead) - self.robot.radius if linear else math.inf
+            gap = math.inf if free else self._clearance(ahead) - self.robot.radius
             if gap > 0.0:
                 moved += math.dist(ahead[:2], self.pose[:2])
                 self.pose = ahead

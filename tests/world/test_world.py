@@ -542,6 +542,22 @@ def test_a_driver_that_sends_without_end_does_not_hold_a_drive(context):
         each.destroy_node()
 
 
+def test_odometry_is_made_only_for_those_who_have_subscribed(context, monkeypatch):
+    from builtin_interfaces.msg import Time
+    from nav_msgs.msg import Odometry
+
+    from course.foundation.waiting import wait_until
+
+    node, made = world(context, fast=True), []
+    monkeypatch.setattr(node, "_show_odometry", made.append)
+    node._show(Time(sec=1))
+    assert made == []
+    node.create_subscription(Odometry, "odom", lambda message: None, 10)
+    assert wait_until(lambda: node.count_subscribers("odom") and node._odom_pub.get_subscription_count(), 10.0)
+    node._show(Time(sec=2))
+    assert made == [Time(sec=2)]
+
+
 def test_at_real_time_it_reports_scans_odometry_and_one_collision(context):
     from geometry_msgs.msg import Twist
     from nav_msgs.msg import Odometry
