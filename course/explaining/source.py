@@ -1,6 +1,7 @@
 """Finding causes of a program's faults in its text, without running it."""
 
 import ast
+import functools
 import linecache
 import re
 import sys
@@ -59,8 +60,17 @@ def text_at(path: Path) -> str:
         return ""
 
 
+@functools.lru_cache(maxsize=8)
 def parse(source: str) -> ast.Module:
-    """Return the program's syntax tree; an empty one if it cannot be parsed.  A cell's shell commands are left out."""
+    """Return the program's syntax tree; an empty one if it cannot be parsed.  A cell's shell commands are left out.
+
+    The trees of the last programs are kept, because each look for a mistake asks for one: they must not change.
+    """
+    return parse_anew(source)
+
+
+def parse_anew(source: str) -> ast.Module:
+    """Return what `parse` does, as a tree of the caller's own."""
     lines = ("" if line.lstrip().startswith(("!", "%")) else line for line in source.splitlines())
     try:
         return syntax_tree("\n".join(lines))

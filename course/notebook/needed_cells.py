@@ -9,7 +9,7 @@ import symtable
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from course.explaining.source import parse
+from course.explaining.source import parse_anew
 from course.foundation.cells import Cell
 
 SESSION = "ros"  # the session's name in the notebooks
@@ -32,7 +32,7 @@ def names_of(source: str) -> Names:
     made: set[str] = set()
     used: set[str] = set()
     called: set[str] = set()
-    for statement in parse(source).body:
+    for statement in parse_anew(source).body:
         table = symtable.symtable(ast.unparse(_Comprehensions().visit(statement)), "cell", "exec")
         makes = {symbol.get_name() for symbol in table.get_symbols() if symbol.is_assigned() or symbol.is_imported()}
         reads = set(_read(table, later=False))

@@ -1,6 +1,7 @@
 """Run an exercise's public checks in this process: with the notebook's cells that they need, on given files."""
 
 import contextlib
+import functools
 import io
 import re
 from collections.abc import Mapping
@@ -18,13 +19,18 @@ NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 SHELL = re.compile(r"^[!%].*$", re.MULTILINE)  # a cell's lines for the shell: no check relies on them
 
 
+@functools.cache
+def cells_of(name: str) -> list[cells.Cell]:
+    """The cells of an exercise's notebook that its checks need."""
+    known = cells.read(NOTEBOOKS / name / f"{name}.ipynb")
+    return [known[number] for number in needed_cells(known)]
+
+
 class Page:
     """The notebook of an exercise; the current folder must be an empty one."""
 
     def __init__(self, name: str):
-        path = NOTEBOOKS / name / f"{name}.ipynb"
-        known = cells.read(path)
-        self._cells = [known[number] for number in needed_cells(known)]
+        self._cells = cells_of(name)
         self._names: dict[str, object] = {}
 
     def judge(self, files: Mapping[str, bytes], only: str = "") -> dict[str, str]:

@@ -1,9 +1,11 @@
 """What of a notebook its exercises need is found by the names that cells make and use."""
 
+import ast
 from pathlib import Path
 
 import pytest
 
+from course.explaining.source import parse, parse_anew
 from course.foundation import cells
 from course.foundation.cells import Cell
 from course.notebook.needed_cells import names_of, needed_cells
@@ -78,3 +80,11 @@ def test_the_exercises_of_a_section_need_less_than_the_page(path):
     kept = needed_cells(page)
     assert {number for number, cell in enumerate(page) if cell.public_check} <= set(kept)
     assert len(kept) < sum(cell.kind == "code" for cell in page)
+
+
+def test_the_tree_of_a_program_is_kept_and_the_names_of_a_cell_leave_it_as_it_is():
+    text = "squares = [number * number for number in range(3)]\n"
+    tree = parse(text)
+    assert parse(text) is tree and parse_anew(text) is not tree
+    before = ast.dump(tree)
+    assert names_of(text).made == {"squares"} and ast.dump(tree) == before
