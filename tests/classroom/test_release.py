@@ -1,18 +1,20 @@
 """A class over a term: drafts are seen by nobody, exercises are released at once or at a date, and have due dates."""
 
 import contextlib
+import io
 import json
 import os
 import subprocess
 import sys
 import threading
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import pytest
 from nbgrader.api import Gradebook
 from nbgrader.utils import notebook_hash
 
-from autograder.classroom import accounts, assignments, calendar, course_files, deadlines, hub
+from autograder.classroom import accounts, assignments, box, calendar, course_files, dating, deadlines, homes, hub
 from autograder.classroom.assignments import DATED, DRAFT, DUE, OPEN, OVER, Dates
 from autograder.errors import ClassroomError, UsageError
 from autograder.gradebook import ends, extensions
@@ -26,9 +28,32 @@ def said(time: datetime) -> str:
     return f"{time:%Y-%m-%d %H:%M UTC}"
 
 
+def enter_dates(classroom, asked):
+    """Enter dates as the instructor by the code of `dating`, in a fork of this process, which has nbgrader loaded.
+
+    The program in the instructor's box is proven by the class that the tests of this folder share.
+    """
+    instructor = classroom.instructors[0]
+
+    def work(opened: int) -> bytes:
+        os.fchdir(opened)
+        os.umask(box.umask(instructor))
+        with contextlib.redirect_stdout(io.StringIO()) as out:
+            try:
+                dating.main(Path(), json.loads(json.dumps(asked)))
+            except SystemExit as error:
+                raise ClassroomError(str(error)) from None
+        return out.getvalue().encode()
+
+    uid, gid = accounts.ids(classroom, instructor)
+    everybody, own = json.loads(homes.act(classroom.grading, uid, gid, work, [accounts.staff_id(classroom)]))
+    return everybody, own
+
+
 @pytest.fixture
-def classroom(quiet):
+def classroom(quiet, monkeypatch):
     """A class as `up` leaves it, but for the hub."""
+    monkeypatch.setattr(course_files, "enter_dates", enter_dates)
     accounts.make(quiet)
     course_files.make_shared(quiet)
     course_files.release(quiet, [])
