@@ -17,18 +17,26 @@ const shown = STEPS.map(([at, data]) => {
   if (data) {
     state.take(data);
   }
-  return [state.shown(now), state.sectors(now)];
+  return [state.shown(now), state.sectors(now), state.moving(now)];
 });
 console.log(JSON.stringify(shown));
 """
 
 
-def shown(*steps: tuple[float, dict | None]) -> list[tuple[list[float], dict]]:
-    """The robot's pose and the distances in its sectors that are drawn at each time (ms), after that message."""
+def drawn(*steps: tuple[float, dict | None]) -> list[tuple[list[float], dict, bool]]:
+    """What is drawn at each time (ms), after that message, and whether it moves: is another one at the next moment.
+
+    It is the robot's pose and the distances in its sectors.
+    """
     script = RUN.replace("MODULE", json.dumps(MODULE.as_uri())).replace("STEPS", json.dumps(steps))
     ran = subprocess.run([NODE, "--input-type=module"], input=script, capture_output=True, text=True, timeout=60)
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)
+
+
+def shown(*steps: tuple[float, dict | None]) -> list[list]:
+    """The robot's pose and the distances in its sectors that are drawn at each time (ms), after that message."""
+    return [[pose, sectors] for pose, sectors, _ in drawn(*steps)]
 
 
 def seen(heading: float, left: float | None) -> dict:
@@ -58,3 +66,12 @@ def test_after_a_pause_the_robot_is_drawn_where_it_is():
     """Of what it did meanwhile nothing is known, so there is no way to draw it on."""
     *_, last = shown((0, seen(0.0, 2.7)), (100, seen(0.1, 2.8)), (6000, seen(2.5, 1.5)))
     assert last == [[3.7, 1.3, 2.5], {"left": 1.5}]
+
+
+def test_of_a_robot_that_stands_each_scan_is_one_picture():
+    """Pictures between two scans take three times the processor; and the last scan is shown at once."""
+    steps = [(0, 0.0, 2.7), (100, 0.1, 3.9), (200, 0.1, 3.9), (300, 0.1, 2.7), (400, 0.2, 2.6)]
+    found = drawn(*((at, seen(heading, left)) for at, heading, left in steps), (440, None))
+    assert [moves for *_, moves in found] == [False, True, False, False, True, True]
+    assert found[3][1] == {"left": 2.7}
+    assert [round(part, 6) for part in found[-1][0]] == [3.7, 1.3, 0.14]

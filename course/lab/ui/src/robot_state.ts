@@ -165,7 +165,9 @@ export class RobotState {
     }
     const before = this.pose ?? this.trail[this.trail.length - 1];
     const jumped = !before || Math.hypot(pose[0] - before[0], pose[1] - before[1]) > JUMP;
-    this._before = jumped || this.fast || !this.pose || now - this._since > PAUSE ? null : this.shown(now);
+    const shown = this.shown(now);
+    const stands = pose.every((each, part) => each === shown?.[part]); // each scan is one picture, and not three
+    this._before = jumped || stands || this.fast || !this.pose || now - this._since > PAUSE ? null : shown;
     this._gap = Math.min(400, Math.max(30, now - this._since));
     this._since = now;
     this.pose = pose;
