@@ -29,7 +29,14 @@ expect.set_options(timeout=WAIT)
 
 PANELS = ["Exercise", "Nodes", "Inspector", "Graph", "Robot", "Plot"]  # in the order that the students' README tells
 DRIVER = """from course.nodes.ai_robot_controller import AIRobotController
-ros.start(AIRobotController)"""
+driver = ros.start(AIRobotController)"""
+# As `ros2 param set` does from another program, which tests/lab/test_robot.py starts.
+SET = """from rclpy.parameter import Parameter
+from course.world.node import latest
+driver.node.set_parameters([Parameter('obstacle_threshold', value=2.0)])
+latest().set_parameters([Parameter('room', value='office')])"""
+BEAMS = """ros.until(lambda: latest().get_parameter('beams').value == 24, 60.0)
+print('beams', latest().get_parameter('beams').value)"""
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
 FAST = """from course import figures
 from course.world.node import World
@@ -226,13 +233,13 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     canvas.focus()
     page.keyboard.press("o")
     expect(view).to_contain_text("An obstacle was dropped.")
-    run_cell(page, 1, "!ros2 param set /ai_robot_controller obstacle_threshold 2.0\n!ros2 param set /world room office")
+    run_cell(page, 1, SET)
     expect(slider).to_have_attribute("aria-valuetext", "2")
     expect(view.get_by_label("Room")).to_have_value("office")
     expect(view).not_to_contain_text("An obstacle was dropped.")
     view.get_by_label("Scanner").select_option("24 beams, the first one behind")
-    run_cell(page, 2, "!ros2 param get /world beams")
-    page.locator(".jp-OutputArea-output pre").get_by_text("Integer value is: 24").wait_for()
+    run_cell(page, 2, BEAMS)
+    page.locator(".jp-OutputArea-output pre").get_by_text("beams 24").wait_for()
 
     view.get_by_role("button", name="Continue").click()
     view.get_by_role("button", name="Reset").click()
