@@ -101,14 +101,24 @@ def filtered(request, monkeypatch) -> bool:
     return request.param == "with the filter"
 
 
+@pytest.fixture(scope="module")
+def servers() -> Iterator[dict[bool, Forkserver]]:
+    """The forking processes, by whether their programs have the filter: what one attack leaves would harm the next."""
+    started: dict[bool, Forkserver] = {}
+    yield started
+    for server in started.values():
+        assert server.alive
+        server.close()
+
+
 @pytest.fixture
-def server(filtered) -> Iterator[Forkserver]:
-    """A forking process for one test."""
+def server(servers, filtered) -> Forkserver:
+    """A forking process, which has been attacked before."""
     if not SUPPORTED:
         pytest.skip("this Python forks no programs")
-    server = Forkserver()
-    yield server
-    server.close()
+    if filtered not in servers:
+        servers[filtered] = Forkserver()
+    return servers[filtered]
 
 
 @contextlib.contextmanager
