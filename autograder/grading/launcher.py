@@ -31,7 +31,7 @@ from course.foundation.waiting import wait_until
 
 JUDGE = f"{__package__}.judge_process"  # loads ROS 2 and pytest, which this process does not need
 DOMAINS = 40  # ROS domains of a grading
-LOAD = 0.5  # s between two looks at the machine's load, which cost more the busier it is
+LOAD = 1.0  # s between two looks at the machine's load, which cost more the busier it is
 ORPHANED = 1.0  # s until processes killed with their program are gone
 
 
@@ -132,7 +132,7 @@ class Launcher:
                 if time.monotonic() > look_at_load:
                     look_at_load = time.monotonic() + LOAD
                     load.look(lambda: running(_others()))  # no program makes its own machine busy
-                for domain in traffic.look(server.used):
+                for domain in traffic.look(server.in_use()):
                     server.stop(domain, WHY)
                 stopped = self._too_much(user, end)
                 if stopped:

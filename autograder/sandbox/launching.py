@@ -50,6 +50,7 @@ class LaunchServer:
         self._started: list[Started] = []
         self._files: dict[int, set[str]] = {}  # those started, by ROS domain
         self._inside: dict[int, list[Started]] = {}
+        self._in_use: set[int] = set()
         self._refused = {**(refused or {})}
         self._tries = 0
 
@@ -77,10 +78,13 @@ class LaunchServer:
                 self._channel.send(f"refused: {error}".encode(errors="replace")[:1000], socket.MSG_DONTWAIT)
         return True
 
-    @property
-    def used(self) -> list[int]:
-        """The ROS domains that programs were started in."""
-        return list(self._files)
+    def in_use(self) -> set[int]:
+        """Return the ROS domains in which a program runs, or did so since the last call."""
+        before = self._in_use
+        self._in_use = {
+            domain for domain in before if any(started.process.alive for started in self._inside.get(domain, ()))
+        }
+        return before
 
     def files(self, domains: Iterable[int]) -> list[str]:
         """Return the names of the handed-in files that were started in these ROS domains."""
@@ -125,6 +129,7 @@ class LaunchServer:
                 given.callback(os.close, descriptor)
             self._started.append(started)
             self._files.setdefault(domain, set()).add(file)
+            self._in_use.add(domain)
             self._inside.setdefault(domain, []).append(started)
             if file in self._refused:
                 started.process.stop(self._refused[file])

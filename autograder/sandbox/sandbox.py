@@ -55,7 +55,7 @@ LIMITS = {  # of each process, by prlimit(1)
 # Capabilities of the judging process: to enter the networks of the ROS domains, to become another user, to end its
 # children.
 JUDGE_CAPABILITIES = ("SYS_ADMIN", "SETUID", "SETGID", "SETPCAP", "KILL")
-WATCHED = Glance(GLANCE / 2)  # for all that watch programs in this process
+WATCHED = Glance(GLANCE)  # for all that watch programs in this process
 STACK = 2 << 20  # bytes that each thread of the judging process reserves
 
 

@@ -20,6 +20,7 @@ from autograder.sandbox.forkserver import BEGINS, ENDED
 from autograder.sandbox.usage import parent, running, takes_more
 
 GLANCE = 0.1  # s between two looks at memory and processes
+CROWDS = 0.5  # s between two looks at how many threads run, which cost more, until they are too many
 # Processes of a program that all run or could, and threads: more take the processor from other gradings.  A right
 # answer has one process or two, whose threads share Python's lock.
 BUSY_PROCESSES, BUSY_THREADS = 5, 12
@@ -177,11 +178,13 @@ class Process:
         return int(found[1]) if found else None
 
     def _watch(self, most_memory: int, most_tasks: int) -> None:
-        busy, last = 0.0, time.monotonic()  # s
+        busy, look, last, crowd = 0.0, 0.0, time.monotonic(), False  # s, but for the last
         while self.alive:
             tasks = self._measured(self._process.pid)
             now = time.monotonic()
-            busy = max(0.0, busy + (now - last) * (1.0 if _is_crowd(tasks) else -0.25))
+            if busy or now >= look:
+                crowd, look = _is_crowd(tasks), now + CROWDS
+            busy = max(0.0, busy + (now - last) * (1.0 if crowd else -0.25))
             last = now
             if busy > BUSY_SECONDS:
                 self.stop(

@@ -12,7 +12,7 @@ WHY = f"it sent more than {MOST >> 20} MiB at once to other programs, {COUNTED};
 
 
 class Traffic:
-    """The bytes sent in some networks and not yet forgotten; call `look` every 0.1 s."""
+    """The bytes sent in some networks and not yet forgotten; call `look` every 0.1 s, for those where programs run."""
 
     def __init__(self, counters: Mapping[int, int]):
         """Begin; `counters` are open files /proc/net/dev, by ROS domain, see `networks.counter`."""
@@ -20,17 +20,17 @@ class Traffic:
         self._seen = {domain: _received(counter) for domain, counter in counters.items()}
         self._held = dict.fromkeys(counters, 0.0)
         self._peaks = dict.fromkeys(counters, 0.0)
-        self._last = time.monotonic()
+        self._last = dict.fromkeys(counters, time.monotonic())
 
     def look(self, domains: Iterable[int]) -> list[int]:
         """Return those of `domains` in which more than MOST was sent at once, until now."""
-        now = time.monotonic()
-        drained, self._last = DRAINED * (now - self._last), now
-        for domain in self._counters.keys() & {*domains}:
+        now, looked = time.monotonic(), self._counters.keys() & {*domains}
+        for domain in looked:
+            drained, self._last[domain] = DRAINED * (now - self._last[domain]), now
             seen, self._seen[domain] = self._seen[domain], _received(self._counters[domain])
             self._held[domain] = max(0.0, self._held[domain] - drained) + self._seen[domain] - seen
             self._peaks[domain] = max(self._peaks[domain], self._held[domain])
-        return [domain for domain, held in self._held.items() if held > MOST]
+        return [domain for domain in looked if self._held[domain] > MOST]
 
     @property
     def suspicious(self) -> list[int]:
