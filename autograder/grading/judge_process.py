@@ -35,6 +35,10 @@ PR_SET_PDEATHSIG = 1
 MNT_DETACH = 2  # umount(2)
 HOME_OPTIONS = f"size={SCRATCH},nr_inodes={FILES},mode=1777".encode()
 OVERTIME = 10.0  # s that the running test may go on after the time for all tests is used up
+UNUSED = (  # plugins of pytest for what no suite does, which each job would load and search for fixtures
+    *("cacheprovider", "debugging", "doctest", "junitxml", "legacypath", "pastebin", "setuponly", "setupplan"),
+    *("stepwise", "subtests", "threadexception", "unittest", "unraisableexception"),
+)
 DESCRIPTORS = 250  # received with a job: the job itself, a socket to the launcher, networks
 
 LIMITS = {  # of the process, by prlimit(1)
@@ -134,7 +138,7 @@ def run_suite(job: Job, hidden: Path, client: LaunchClient, threads: Threads | N
     chosen = [f"{suite}::{test}" for test in job.chosen] or [str(suite)]
     options = ["-c", f"{hidden}/pytest.ini", "--rootdir", str(exercise.folder)]
     # Python's own traceback: for pytest's, each line of it would parse the whole suite again.
-    options += ["--assert=plain", "--tb=native", "-q", "-p", "no:cacheprovider", "-p", "no:unraisableexception"]
+    options += ["--assert=plain", "--tb=native", "-q", *(word for name in UNUSED for word in ("-p", f"no:{name}"))]
     try:
         bench.begin(exercise.early, whole=not job.chosen)
         status = pytest.main([*options, *chosen], plugins=[judge, fixtures])
