@@ -11,7 +11,7 @@ from autograder.suitekit.judge import on_wrong, points, twice
 from autograder.suitekit.lifecycle import ANSWER, SETTLED, START, Alive
 from autograder.suitekit.live import LiveProgram, Offers, Server, offer
 from autograder.suitekit.parameters import Parameters
-from autograder.suitekit.printed_numbers import numbers
+from autograder.suitekit.printed_numbers import numbers, when_changed
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import (
@@ -67,4 +67,5 @@ __all__ = [
     "sought_actions",
     "speaker",
     "twice",
+    "when_changed",
 ]

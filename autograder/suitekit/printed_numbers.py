@@ -1,11 +1,32 @@
 """Reading the output of a program."""
 
 import re
+from collections.abc import Callable
+from typing import TypeVar
 
 from autograder.sandbox.cleaning import NUMBER
 
 STAMP = re.compile(r"\[\d{9,}\.\d+\]")  # the time in a ROS log line
 GROUPED = re.compile(r"(?<![\d.])\d{1,3}(?:([,_])\d{3})(?:\1\d{3})*(?!\d)")  # 1,234,567 or 1_234_567
+
+Read = TypeVar("Read")
+
+
+def when_changed(read: Callable[[], Read], found: Callable[[Read], bool]) -> Callable[[], bool]:
+    """Return a condition to wait for: `found` of what `read` returns, asked again only when that has changed.
+
+    Looking through what a talkative program has printed takes longer than the time between two looks.
+    """
+    known: tuple[Read, bool] | None = None
+
+    def condition() -> bool:
+        nonlocal known
+        now = read()
+        if known is None or known[0] != now:
+            known = now, found(now)
+        return known[1]
+
+    return condition
 
 
 def numbers(text: str) -> list[float]:

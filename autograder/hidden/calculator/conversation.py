@@ -15,7 +15,7 @@ from calculator_interfaces.srv import Calculate
 
 from autograder.errors import Fault
 from autograder.hidden.calculator.arithmetic import ABOUT_RIGHT, ANSWERS, SIGNS, UNLIKE, likeness, plain_numbers
-from autograder.suitekit import Bench, Run, Server, Wrong, numbers
+from autograder.suitekit import Bench, Run, Server, Wrong, numbers, when_changed
 from autograder.suitekit.ros import published
 from course.foundation.waiting import wait_until
 
@@ -188,9 +188,9 @@ class Calculator(Server):
         result = self.ask(*question).result
         size = abs(result)
 
-        def logged() -> bool:
+        def logged(log: str) -> bool:
             nonlocal seen  # each line is read once: a talkative program pushes its own lines out of what is kept
-            lines = Counter(self.log.splitlines())
+            lines = Counter(log.splitlines())
             found.extend(numbers(MINUS.sub("-", "\n".join((lines - seen).elements()))))
             seen |= lines
             alike = [abs(number) for number in found if size.is_integer() or not number.is_integer()]
@@ -199,7 +199,7 @@ class Calculator(Server):
                 for number in found
             )
 
-        return wait_until(logged, limit)
+        return wait_until(when_changed(lambda: self.log, logged), limit)
 
     def logs_request(self, question: Question, limit: float) -> bool:
         """Whether asking this adds a line with a, b and the operation to the log, within `limit` s.
@@ -209,11 +209,11 @@ class Calculator(Server):
         a, operation, b = question
         self.ask(*question)
 
-        def named() -> bool:
-            lines = (numbers(line) for line in self.log.splitlines() if operation in line)
+        def named(log: str) -> bool:
+            lines = (numbers(line) for line in log.splitlines() if operation in line)
             return any({abs(a), abs(b)} <= set(map(abs, line)) for line in lines if len(line) <= CHATTER)
 
-        return wait_until(named, limit)
+        return wait_until(when_changed(lambda: self.log, named), limit)
 
     def logs_each(self, question: Question, limit: float) -> bool:
         """Whether asking this twice, one right after the other, adds two lines with a and b to the log or more.
@@ -224,28 +224,32 @@ class Calculator(Server):
         for _ in "12":
             self.ask(*question)
 
-        def logged() -> bool:
-            logs = (map(numbers, log.splitlines()) for log in (self.program.output, self.ros.rosout))
-            return any(sum({abs(a), abs(b)} <= set(map(abs, line)) for line in log) > 1 for log in logs)
+        def logged(logs: tuple[str, str]) -> bool:
+            lines = (map(numbers, log.splitlines()) for log in logs)
+            return any(sum({abs(a), abs(b)} <= set(map(abs, line)) for line in log) > 1 for log in lines)
 
-        return wait_until(logged, limit)
+        return wait_until(when_changed(self._both_logs, logged), limit)
 
     def logs_refusal(self, a: float, operation: str, b: float, limit: float) -> bool:
         """Whether a refusal adds its message to the log within `limit` s; True also when nothing is refused in words.
 
         Whether it is refused is judged by other tests.
         """
-        before = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
+        before = [in_one_line(log) for log in self._both_logs()]
         message = self.provoke(a, operation, b)
         if not message.strip():
             return True
         ways = {in_one_line(message), in_one_line(repr(message)[1:-1])}  # as text, and in the log of a whole response
 
-        def logged() -> bool:
-            after = [in_one_line(log) for log in (self.program.output, self.ros.rosout)]
+        def logged(logs: tuple[str, str]) -> bool:
+            after = [in_one_line(log) for log in logs]
             return any(new.count(way) > old.count(way) for new, old in zip(after, before, strict=True) for way in ways)
 
-        return wait_until(logged, limit)
+        return wait_until(when_changed(self._both_logs, logged), limit)
+
+    def _both_logs(self) -> tuple[str, str]:
+        """What it has printed, and what is on /rosout."""
+        return self.program.output, self.ros.rosout
 
     def answers(self, pairs: Sequence[tuple[float, float]]) -> dict[Question, Any]:
         """What it answers to each pair and operation of its abilities.

@@ -47,6 +47,7 @@ from autograder.suitekit import (
     plain_lines,
     points,
     twice,
+    when_changed,
 )
 from course.foundation.waiting import wait_until
 from course.interfaces import InterfaceError, parse
@@ -538,7 +539,7 @@ def test_client_sends(runs: ClientRuns) -> None:
 def test_client_shows_result(runs: ClientRuns) -> None:
     """The client shows the result of the server's response."""
     runs.expect_call()
-    if not runs.answered.comes_to(lambda: shows_result(runs)):
+    if not runs.answered.comes_to(when_changed(lambda: runs.answered.run.output, lambda _: shows_result(runs))):
         output = runs.answered.run.finish("with a server that answers").output
         raise Wrong(
             "When success is True, the client must show the result of the response, with its sign, rounded to one "
