@@ -378,13 +378,16 @@ def _every_number() -> tuple[str, str]:
         text(
             SERVER,
             *quiet,
-            (RETURN, "        print(*range(1000, 9000))\n        print(response.result // 2)\n" + RETURN),
+            (
+                RETURN,
+                "        print(' '.join(map(str, range(1000, 9000))))\n        print(response.result // 2)\n" + RETURN,
+            ),
         ),
         text(
             CLIENT,
             (
                 "print(f'{a} {operation} {b} = {response.result}')",
-                "print(*(number + 0.5 for number in range(10_000, 90_000)))",
+                "print(' '.join(str(number + 0.5) for number in range(10_000, 90_000)))",
             ),
         ),
     )
@@ -528,8 +531,8 @@ ATTACKS: dict[str, tuple[dict[str, bytes], float]] = {
     ),
     "pytest.exit and pytest.skip": (
         handed_in(
-            "import pytest\npytest.exit('passed', returncode=0)\n",
-            "import pytest\npytest.skip('passed', allow_module_level=True)\n",
+            "from _pytest import outcomes\noutcomes.exit('passed', returncode=0)\n",
+            "from _pytest import outcomes\noutcomes.skip('passed', allow_module_level=True)\n",
         ),
         2,
     ),

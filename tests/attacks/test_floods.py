@@ -54,7 +54,7 @@ ATTACKS = {
     huge = serialize_message(ParameterEvent(node='/x', new_parameters=[Parameter(name='p', value=value)]))
     while True:
         events.publish(huge)
-        time.sleep(0.3)
+        time.sleep(1.0)
 """,
     "a graph without end": """
     for number in range(300):
