@@ -3,8 +3,6 @@
 import stat
 from pathlib import Path
 
-from alembic.config import Config
-from alembic.script import ScriptDirectory
 from nbgrader import api, dbutil
 
 SHARED = 0o660  # all instructors are in the group of the course folder
@@ -12,6 +10,9 @@ SHARED = 0o660  # all instructors are in the group of the course folder
 
 def version() -> str:
     """Return the newest schema version, which nbgrader writes into each new gradebook."""
+    from alembic.config import Config  # only a new gradebook needs alembic
+    from alembic.script import ScriptDirectory
+
     config = Config()
     config.set_main_option("script_location", dbutil.ALEMBIC_DIR)
     return ScriptDirectory.from_config(config).get_current_head() or ""

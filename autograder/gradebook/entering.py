@@ -4,7 +4,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from autograder.gradebook import autograded, late
+from autograder.gradebook import late
 from autograder.gradebook.book import Scores, default_url
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions.roster import Roster
@@ -55,4 +55,6 @@ class Entering:
             return
         self._scores.write(report)
         if self._config is not None:
+            from autograder.gradebook import autograded  # loads nbconvert, which takes long
+
             autograded.lay_out(self._config, self._url, self._submitted, report)

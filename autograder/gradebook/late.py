@@ -20,7 +20,6 @@ from typing import Any
 from nbformat.v4 import new_notebook
 from nbgrader.api import SubmittedAssignment
 from nbgrader.plugins import LateSubmissionPlugin
-from nbgrader.preprocessors import AssignLatePenalties
 from nbgrader.utils import parse_utc
 from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
@@ -185,6 +184,8 @@ def concerned(handed_in: SubmittedAssignment) -> bool:
 
 def assign(config: Config, url: str, assignment: str, notebook: str, student: str) -> None:
     """Write the late penalty of a submission's notebook, as nbgrader's autograde does."""
+    from nbgrader.preprocessors import AssignLatePenalties  # loads nbconvert, which takes long
+
     step = AssignLatePenalties(config=config, log=quiet)
     step.preprocess(
         new_notebook(),
