@@ -9,7 +9,9 @@ import pytest
 
 from autograder.paths import repository
 from course import interfaces
+from course.notebook import own_path
 from course.ros import packages
+from tests import chosen
 from tests.kernels import Kernel
 
 # What Python, IPython, JupyterLab or the course look for by these names.
@@ -98,20 +100,28 @@ def test_a_terminal_takes_nothing_from_its_folder(folder, command):
     assert ran(folder) == ""
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "autograder --help",
-        "course sessions",
-        "ipython -c print(1)",
-        "jupyter dejavu --help",
-        "jupyter nbconvert --to markdown book.ipynb",
-        "jupyter kernelspec list",
-        "nbgrader list",
-        "nbgrader zip_collect calculator",
-        "ros2 pkg executables course",
-    ],
-)
+@pytest.mark.parametrize("program", ["nbgrader", "jupyter-nbconvert", "jupyter-dejavu"])
+def test_each_program_that_would_search_its_folder_for_modules_is_started_without_it(program):
+    text = Path(sys.executable).with_name(program).read_text()
+    assert f"-P -m {own_path.__name__} {program} " in text
+
+
+# Belong to the matrix: another command of the same kind is called in each run.
+ALIKE = {"jupyter dejavu --help", "nbgrader list"}
+COMMANDS = [
+    "autograder --help",
+    "course sessions",
+    "ipython -c print(1)",
+    "jupyter dejavu --help",
+    "jupyter nbconvert --to markdown book.ipynb",
+    "jupyter kernelspec list",
+    "nbgrader list",
+    "nbgrader zip_collect calculator",
+    "ros2 pkg executables course",
+]
+
+
+@pytest.mark.parametrize("command", chosen.cases(COMMANDS, ALIKE))
 def test_a_command_takes_nothing_from_its_folder(folder, command):
     without_configuration(folder)
     (folder / "book.ipynb").write_text('{"cells": [], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}')
