@@ -89,14 +89,8 @@ def files(folder: Path) -> set[str]:
     return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
 
 
-def test_the_reference_earns_all_points(made, autograder, confinement):
-    done = autograder("check", f"solutions/{NAME}", "--assignment", NAME, "--json")
-    report = json.loads(done.stdout)
-    assert (report["status"], report["score"], report["max_score"]) == ("graded", POINTS, POINTS)
-
-
 def test_answers_of_ones_own_can_be_tried(made, autograder, confinement, tmp_path):
-    """One that keeps all points, one that does nothing, and the tests that the second does not lose."""
+    """The solution, which keeps all points, one that does nothing, and the tests that the second does not lose."""
     program = (made / f"solutions/{NAME}/{NAME}.py").read_text()
     for name, content in {"right/same": program, "wrong/nothing": "print('hello')\n"}.items():
         (tmp_path / name).mkdir(parents=True)
@@ -144,7 +138,7 @@ def test_a_page_in_another_language_is_released_worked_on_and_graded(made, autog
     stub.source = f"{stub.source.splitlines()[0]}\n{solution}"
     nbformat.write(page, work / f"{NAME}.ipynb")
     report = json.loads(autograder("check", str(work), "--assignment", NAME, "--json").stdout)
-    assert (report["status"], report["score"]) == ("graded", POINTS)
+    assert (report["status"], report["score"], report["max_score"]) == ("graded", POINTS, POINTS)
     assert [(part.name, part.state) for part in progress(tmp_path / "ada")] == [(NAME, "not run")]
 
 
