@@ -1,6 +1,7 @@
 """Late penalties: the policy, and that nbgrader and `autograder grade` take off the same."""
 
 import contextlib
+import io
 import json
 import logging
 import shutil
@@ -10,12 +11,14 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from datetime import datetime, timedelta
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 from nbgrader.api import Gradebook
 from traitlets import TraitError
 from traitlets.config import Config
 
+from autograder import cli
 from autograder.gradebook import extensions, late, plugins, release, shared_file
 from autograder.gradebook.book import Scores
 from autograder.records import GRADED, PASSED, Report, Result
@@ -295,8 +298,16 @@ def test_a_time_is_read_in_utc(text, tmp_path):
 
 
 def extend(course: Path, *words: str) -> subprocess.CompletedProcess:
-    command = [Path(sys.executable).with_name("autograder"), "extend", *words, "--course", course]
-    return subprocess.run(command, capture_output=True, text=True)
+    """What the command does and says, in this process."""
+    command = ["autograder", "extend", *words, "--course", str(course)]
+    with (
+        patch.object(sys, "argv", command),
+        contextlib.redirect_stdout(io.StringIO()) as said,
+        contextlib.redirect_stderr(io.StringIO()) as errors,
+        pytest.raises(SystemExit) as end,
+    ):
+        cli.main()
+    return subprocess.CompletedProcess(command, end.value.code or 0, said.getvalue(), errors.getvalue())
 
 
 def test_a_name_that_nobody_has_is_told(course):
@@ -314,7 +325,8 @@ def test_a_name_that_nobody_has_is_told(course):
 def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_taken_back(course):
     url = f"sqlite:///{course / 'gradebook.db'}"
     assert extend(course).stdout == "No student has an extension.\n"
-    given = extend(course, "weeks", "two_days", "--days", "1.5")
+    command = [Path(sys.executable).with_name("autograder"), "extend", "weeks", "two_days", "--days", "1.5"]
+    given = subprocess.run([*command, "--course", course], capture_output=True, text=True)
     assert (given.returncode, given.stderr) == (0, "")
     assert given.stdout == "two_days: every exercise: 1.5 days more\nweeks: every exercise: 1.5 days more\n"
     given = extend(course, "weeks", "put_off", "--assignment", "calculator", "--until", "2026-06-11 01:00+02:00")
