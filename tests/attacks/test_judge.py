@@ -164,6 +164,14 @@ def test_a_start_that_fails_leaves_nothing(channel, sandbox, monkeypatch, failin
     assert channel.ask() == "started"
 
 
+def test_what_is_sent_in_a_domain_is_counted_until_after_its_programs_end(channel):
+    assert channel.ask() == "started"
+    (started,) = channel.server._started
+    started.process.join()
+    assert channel.server.in_use() == {DOMAIN}, "it may have sent something since the last look"
+    assert channel.server.in_use() == set()
+
+
 def test_an_honest_judge_is_told_why(channel):
     client = LaunchClient(channel.end)
     serving = threading.Thread(target=channel.server.serve)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from autograder.suitekit.printed_numbers import numbers
+from autograder.suitekit.printed_numbers import numbers, when_changed
 
 
 @pytest.mark.parametrize(
@@ -21,3 +21,10 @@ from autograder.suitekit.printed_numbers import numbers
 )
 def test_numbers(text, found):
     assert numbers(text) == found
+
+
+def test_what_has_not_changed_is_not_looked_through_again():
+    texts, seen = iter(["a", "a", "ab", "ab"]), []
+    condition = when_changed(lambda: next(texts), lambda text: bool(seen.append(text)) or text == "ab")
+    assert [condition() for _ in range(4)] == [False, False, True, True]
+    assert seen == ["a", "ab"]
