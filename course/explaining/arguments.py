@@ -209,6 +209,12 @@ def argument_count(found: re.Match[str], source: str) -> str:
         "add_done_callback": "(self, future)",
         "add_on_set_parameters_callback": "(self, params)",
     }
+    for function in (each for each in functions(parse(source)) if each.name == name):
+        if line := next((each.lineno for each in function.decorator_list if name_of(each) == "property"), 0):
+            return (
+                f"`@property` in line {line} has `self.{name}` call the function at once, without arguments. A "
+                "callback is a plain method: leave it out."
+            )
     for maker, signature in takes.items():
         for call in calls(parse(source), maker):
             given = [*call.args, *(keyword.value for keyword in call.keywords)]

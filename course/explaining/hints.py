@@ -100,9 +100,11 @@ from course.explaining.source import (
     functions,
     hidden_method,
     hides_rclpy,
+    inside,
     methods,
     misspelt_init,
     name_of,
+    named,
     parameter_callbacks,
     parse,
     service_callbacks,
@@ -143,6 +145,15 @@ def hint(error: str, source: str = "", code: str = "") -> str:
 
 
 def _nothing_returned(found: re.Match[str], source: str) -> str:
+    tree = parse(source)
+    for function in named(tree, service_callbacks(tree)):
+        for node in (each for each in inside(function) if isinstance(each, (ast.Yield, ast.YieldFrom))):
+            asks = any(isinstance(each, ast.Call) for each in walk(node))
+            how = "`await`, and `async def`" if asks else "`return response`"
+            return (
+                f"`yield` in line {node.lineno} makes a generator of the service callback '{function.name}', which "
+                f"runs nothing and returns no response: write {how}."
+            )
     if made := class_for_response(source):
         return f"`{made[2]}` is the class of the response. Create one with brackets: `{made[2]}()`."
     if idle := idle_lambda(source):
@@ -471,6 +482,11 @@ def _not_declared(found: re.Match[str], source: str) -> str:
 
 
 def _beam(found: re.Match[str], source: str, code: str) -> str:
+    for node in (each for each in walk(parse(source)) if isinstance(each, ast.Compare)):
+        if [ast.unparse(each) for each in node.comparators] == ["[]"] and f"{ast.unparse(node.left)}[" in code:
+            name = ast.unparse(node.left)
+            what = f"Line {node.lineno}: an array is never equal to a list."
+            return f"{what} Write `len({name})`, or begin with `list(...)`."
     if "ranges[" not in code or ".ranges" not in code + source:
         return ""
     return "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment."
@@ -581,6 +597,36 @@ def _objects(cls: str, source: str) -> str:
 def _parameters(function: object) -> int:
     """Return the number of a function's parameters, `self` included; 0 for anything else."""
     return len(inspect.signature(function).parameters) if inspect.isfunction(function) else 0
+
+
+def _class_for_object(found: re.Match[str], source: str) -> str:
+    """Return the hint on a method that gets no object: of a class, or because a decorator gives it the class."""
+    for function in functions(parse(source)):
+        for decorator in function.decorator_list:
+            if name_of(decorator) in ("classmethod", "staticmethod"):
+                return (
+                    f"`@{name_of(decorator)}` in line {decorator.lineno} takes the node away from '{function.name}', "
+                    "so that what it calls has no `self`: leave it out."
+                )
+    return "This is the class, not a node: create a node with brackets, as in `node = TheClass()`."
+
+
+def _spun_twice(found: re.Match[str], source: str) -> str:
+    """Return the hint on an executor that is spun in a callback of its own, or by two threads."""
+    tree = parse(source)
+    threads = [call for call in calls(tree, "Thread") if name_of(argument(call, 1, "target")).startswith("spin")]
+    spins = [call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"]
+    of_rclpy = [call for call in threads if ast.unparse(argument(call, 1, "target") or call) == "rclpy.spin"]
+    if of_rclpy and spins:
+        return (
+            f"The thread of line {of_rclpy[0].lineno} and line {spins[0].lineno} both spin the node, and two threads "
+            "cannot spin one executor: leave one of the two out. To run several callbacks at a time, use a "
+            "`MultiThreadedExecutor`."
+        )
+    return (
+        "The executor that runs this callback already spins the node. Make the callback `async def`, and write `await` "
+        "before `call_async(...)`."
+    )
 
 
 def _declared_already(found: re.Match[str], source: str) -> str:
@@ -783,9 +829,13 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"^TypeError: spin_until_future_complete\(\) missing 1 required positional argument: 'future'",
         _says("The node comes first: `rclpy.spin_until_future_complete(node, future)`."),
     ),
+    (r"missing 1 required positional argument: 'self'", _class_for_object),
     (
-        r"missing 1 required positional argument: 'self'",
-        _says("This is the class, not a node: create a node with brackets, as in `node = TheClass()`."),
+        r"different clock types",
+        _says(
+            "`Time()` is of the system's clock, and `self.get_clock().now()` is of the node's. Begin with None, or "
+            "with `self.get_clock().now()`."
+        ),
     ),
     (
         r"Session\.call\(\) takes .* positional arguments",
@@ -931,13 +981,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             + ("`create_subscription(..., 10)`." if found[1] else "`create_publisher(Twist, 'cmd_vel', 10)`.")
         ),
     ),
-    (
-        r"generator already executing|Executor is already spinning",
-        _says(
-            "The executor that runs this callback already spins the node. Make the callback `async def`, and write "
-            "`await` before `call_async(...)`."
-        ),
-    ),
+    (r"generator already executing|Executor is already spinning", _spun_twice),
     (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", of_a_goal_handle),
     (r"type object '(GoalStatus)' has no attribute '(\w+)'", of_a_goal_handle),
     (

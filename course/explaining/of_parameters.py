@@ -27,6 +27,14 @@ def parameter_kept(source: str) -> str:
     tree = parse(source)
     for function in named(tree, parameter_callbacks(tree)):
         given = last_parameter(function)
+        for made in (
+            node for node in walk(function) if isinstance(node, (ast.DictComp, ast.GeneratorExp, ast.ListComp))
+        ):
+            kept = made.value if isinstance(made, ast.DictComp) else getattr(made.elt, "elts", [None])[-1]
+            name = made.generators[0].target
+            if ast.unparse(made.generators[0].iter) == given and kept and ast.unparse(kept) == ast.unparse(name):
+                text = f"Line {made.lineno} keeps the whole Parameter for each name."
+                return f"{text} Its value is `{ast.unparse(name)}.value`."
         for loop in (node for node in walk(function) if isinstance(node, ast.For)):
             if ast.unparse(loop.iter) != given or not isinstance(loop.target, ast.Name):
                 continue

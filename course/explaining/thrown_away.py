@@ -42,7 +42,7 @@ def thrown_away(tree: ast.Module) -> Iterator[tuple[int, str]]:
                 if value is not None and id(statement) not in tried and _is_lost(value, function, own, block):
                     at_the_end = statement is block[-1] and not loops and _may_return(function, statement)
                     how = "check" if function.name.startswith("test") else "return" if at_the_end else "keep"
-                    yield statement.lineno, _told(ast.unparse(value), how)
+                    yield statement.lineno, _continued(value, how) or _told(ast.unparse(value), how)
         yield from _converted(tree, function)
         yield from _changed_in_place(function, own)
 
@@ -51,6 +51,23 @@ def _told(text: str, how: str) -> str:
     text = text if len(text) <= LONG else f"{text[: LONG - 3]}..."
     line = {"check": f"assert {text}", "return": f"return {text}", "keep": f"name = {text}"}[how]
     return f"nothing uses the value of `{text}`. To {how} it, write `{line}`."
+
+
+def _continued(value: ast.expr, how: str) -> str:
+    """Return a sentence on a line that goes on with the one above, or that changes a variable without `=`; or ''."""
+    first = value
+    while isinstance(first, ast.BinOp):
+        first = first.left
+    if isinstance(first, ast.UnaryOp) and isinstance(first.op, (ast.UAdd, ast.USub)):
+        return "this line is a statement of its own. To go on with the line above, put the whole into brackets."
+    sign = SIGNS.get(type(value.op), "") if isinstance(value, ast.BinOp) else ""
+    if isinstance(value, ast.BinOp) and sign and how == "keep" and isinstance(value.left, (ast.Attribute, ast.Name)):
+        left, right = ast.unparse(value.left), ast.unparse(value.right)
+        return f"`{left} {sign} {right}` changes nothing. To change `{left}`, write `{left} {sign}= {right}`."
+    return ""
+
+
+SIGNS: dict[type[ast.operator], str] = {ast.Add: "+", ast.Sub: "-"}
 
 
 def _may_only_try(node: ast.AST) -> bool:

@@ -34,7 +34,22 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _new_locks(tree)
     yield from _empty_slices(tree)
     yield from _tuples_of_one(tree)
+    yield from _computed_once(tree)
     yield from _fields_of_another_type(tree)
+
+
+def _computed_once(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield parameters whose default is the time, which is asked for when the function is made: `now=monotonic()`."""
+    for function in functions(tree):
+        for default in (*function.args.defaults, *filter(None, function.args.kw_defaults)):
+            if isinstance(default, ast.Call) and name_of(default.func) in NOW:
+                yield (
+                    default.lineno,
+                    (
+                        f"`{ast.unparse(default)}` is asked once, when '{function.name}' is made, and not at each "
+                        "call: write it in the function."
+                    ),
+                )
 
 
 def _tuples_of_one(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -13,7 +13,7 @@ from course.foundation.syntax import walk
 
 STATUSES = 256  # of an exit status, only the remainder by this is kept
 LETTERS = ("capitalize", "casefold", "lower", "swapcase", "title", "upper")  # methods that change a word's letters
-NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript)  # values that may be no status
+NO_STATUS = (ast.Attribute, ast.BinOp, ast.JoinedStr, ast.Subscript, ast.Tuple)  # values that may be no status
 
 
 def lost_status(file: str, status: int) -> str:

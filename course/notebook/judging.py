@@ -2,6 +2,7 @@
 
 import ast
 import contextlib
+import math
 import re
 import signal
 import subprocess
@@ -163,7 +164,8 @@ class Alone:
         self._when, self._silent = "with a server that does not answer" if silent else "without a server", bool(silent)
         self._where = self._why = ""
         self._begun = self._over = 0.0  # when it could first see others, and when it had ended, s since boot
-        self._asked = 0  # requests that a silent server has got
+        self._waited = math.inf  # s from a request to a silent server until the end
+        self._asked: list[float] = []  # when each request to a silent server was sent, s since 1970
         self._process: NodeProcess | None = None
         with contextlib.suppress(LiveError):  # no domain is free: then this is left out
             self._claim, domain = claim_domain()
@@ -186,9 +188,10 @@ class Alone:
                 asleep += process.asleep
                 if asleep * LOOK >= PATIENT or looks * LOOK >= MOST:
                     self._end(process)
-            self._over = time.clock_gettime(time.CLOCK_BOOTTIME)
-            while self._silent and take_request(self._served) is not None:
-                self._asked += 1
+            self._over, ended = time.clock_gettime(time.CLOCK_BOOTTIME), time.time()
+            while self._silent and (request := take_request(self._served)) is not None:
+                self._asked.append(request[1])
+            self._waited = ended - min(self._asked, default=0.0)
             self._context.try_shutdown()
 
     def _endless(self, process: NodeProcess) -> str:
@@ -226,7 +229,7 @@ class Alone:
         """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0.
 
         Also if it said nothing but its `usage`, if it ended earlier than `least` s after it could first see a server,
-        or with a traceback, where it must end `plainly`.
+        or after its request to a silent one, or with a traceback, where it must end `plainly`.
         """
         process, session, why = self._process, live(), ""
         if process is None:
@@ -253,9 +256,14 @@ class Alone:
                 f"{process.reports[-1] if process.reports else process.output.strip()}"
             )
         session.until(lambda: not self._watching.is_alive())
-        if self._asked > 1:
+        if len(self._asked) > 1:
             raise ExerciseError(
-                f"{self._when}, {process.name} must not ask again, and it has sent {self._asked} requests."
+                f"{self._when}, {process.name} must not ask again, and it has sent {len(self._asked)} requests."
+            )
+        if self._waited < least:
+            raise ExerciseError(
+                f"{process.name} must wait for an answer for {least:g} s at least, and it ended {self._waited:.1f} s "
+                f"after it had sent its request:\n{process.output.strip()}"
             )
         if usage and not _said(process.output) - _said(usage):
             raise ExerciseError(
@@ -263,7 +271,7 @@ class Alone:
                 f"{process.output.strip()}"
             )
         waited = self._over - self._begun
-        if self._begun and self._over and waited < least:
+        if not self._silent and self._begun and self._over and waited < least:
             raise ExerciseError(
                 f"{process.name} must wait for a server that is still starting for {least:g} s at least, and it ended "
                 f"{waited:.1f} s after it had begun to look for one:\n{process.output.strip()}"

@@ -509,6 +509,35 @@ def still_none(file: str) -> str:
     return ""
 
 
+def no_plain_function(file: str, name: str) -> str:
+    """Return a sentence on a function that returns a generator or a coroutine in place of its value; else ''."""
+    for function in functions(parse(text_at(Path(file)))):
+        if function.name == name and isinstance(function, ast.AsyncFunctionDef):
+            return f". Line {function.lineno} of {file}: what an `async def` returns must be awaited; leave `async` out"
+        yields = [node.lineno for node in inside(function) if isinstance(node, (ast.Yield, ast.YieldFrom))]
+        if function.name == name and yields:
+            return f". Line {yields[0]} of {file}: a function with `yield` returns a generator; write `return`"
+    return ""
+
+
+def no_steps(file: str) -> str:
+    """Return lines on a text that measures whole seconds alone, where the step from one message to the next is less."""
+    source = text_at(Path(file))
+    for node in walk(parse(source)):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.FloorDiv):
+            try:
+                by = ast.literal_eval(ast.unparse(node.right).replace("10 ** 9", "1e9"))
+            except ValueError:
+                continue
+            if isinstance(by, (int, float)) and by >= NANOSECONDS:
+                at = frame_at(file, node.lineno, source)
+                return f"\n{at}\n`//` leaves the fraction out: less than a second is 0. Write `/`."
+    return ""
+
+
+NANOSECONDS = 1e9  # in a second
+
+
 def another_name(file: str, name: str) -> str:
     """Return lines on callbacks for parameters that compare a name, and never with this one; '' otherwise."""
     source = text_at(Path(file))

@@ -332,15 +332,15 @@ def sequence_number(client: Client, future: Future) -> int | None:
     return next((number for number, each in [*client._pending_requests.items()] if each is future), None)
 
 
-def take_request(service: Service) -> Any:
-    """Return a request that waits at a service, or None; it is not answered.
+def take_request(service: Service) -> tuple[Any, float] | None:
+    """Return a request that waits at a service, and when it was sent (s since 1970), or None; it is not answered.
 
     Seen in 7.1.6: only executors take requests, and they answer them.
     """
     kind: Any = service.srv_type
     with service.handle:
-        request, _ = service.handle.service_take_request(kind.Request)
-    return request
+        request, header = service.handle.service_take_request(kind.Request)
+    return None if request is None else (request, header.source_timestamp / 1e9)
 
 
 class ClientWatcher:

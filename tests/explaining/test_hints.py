@@ -94,6 +94,12 @@ EXCEPT = """def main():
         {}
     call(a)
 """
+YIELDS = """create_service(Trigger, 'relay', self.relay)
+def relay(self, request, response):
+    answer = yield self.client.call_async(request)
+    return response
+"""
+CHECKS = "add_on_set_parameters_callback(self.check)\ndef check(self, parameters):\n    {}\n"
 CALLED = "def decide(self, seen):\n    return seen['front']\n"
 
 
@@ -164,6 +170,55 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "A text stands in quotation marks: `'elbow'`.",
         ),
         ("NameError: name 'elbow' is not defined", "", "self.declare_parameter('kp', elbow)", ""),
+        ("TypeError", YIELDS, "", "which runs nothing and returns no response: write `await`, and `async def`."),
+        (
+            "ValueError: generator already executing",
+            "Thread(target=rclpy.spin, args=(node,), daemon=True).start()\nrclpy.spin(node)\n",
+            "rclpy.spin(node)",
+            "The thread of line 1 and line 2 both spin the node, and two threads cannot spin one executor",
+        ),
+        (
+            "ValueError: generator already executing",
+            "Thread(target=self.work).start()\nrclpy.spin(node)\n",
+            "rclpy.spin(node)",
+            "The executor that runs this callback already spins the node.",
+        ),
+        (
+            "TypeError: '<' not supported between instances of 'Parameter' and 'float'",
+            CHECKS.format("new.update((each.name, each) for each in parameters)"),
+            "if new['low'] < 3.0:",
+            "Line 3 keeps the whole Parameter for each name. Its value is `each.value`.",
+        ),
+        (
+            "TypeError: '<' not supported between instances of 'Parameter' and 'float'",
+            CHECKS.format("new = {each.name: each.value for each in parameters}"),
+            "if low < 3.0:",
+            "`get_parameter(...)` returns a Parameter: its value is `.value`.",
+        ),
+        (
+            "TypeError: Motors.status() missing 2 required positional arguments: 'request' and 'response'",
+            "create_service(Trigger, 'a', self.status)\n@property\ndef status(self, request, response):\n    pass\n",
+            "self.create_service(Trigger, 'a', self.status)",
+            "`@property` in line 2 has `self.status` call the function at once, without arguments. A callback is a",
+        ),
+        (
+            "TypeError: Motors.state() missing 1 required positional argument: 'self'",
+            "@classmethod\ndef status(self, request, response):\n    self.state()\n",
+            "self.state()",
+            "`@classmethod` in line 1 takes the node away from 'status', so that what it calls has no `self`",
+        ),
+        (
+            "TypeError: Can't subtract times with different clock types",
+            "self.came = Time()\n",
+            "self.get_clock().now() - self.came",
+            "`Time()` is of the system's clock, and `self.get_clock().now()` is of the node's.",
+        ),
+        (
+            "IndexError: array index out of range",
+            "left = goal.floors\nwhile left != []:\n    go(left[0])\n",
+            "go(left[0])",
+            "Line 2: an array is never equal to a list. Write `len(left)`, or begin with `list(...)`.",
+        ),
         (
             "KeyError: 'front'",
             CALLED + "decide({'right': 0.4})\n",

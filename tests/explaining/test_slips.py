@@ -1020,6 +1020,16 @@ def test_a_comma_that_makes_a_tuple_is_told(line, told):
     )
 
 
+def test_a_default_that_is_asked_once_is_told():
+    heard = "%%exercise pid.py\nimport time\ndef hear(self, msg, now={}):\n    self.now = now\n    print(self.now)\n"
+    (told,) = slips(heard.format("time.monotonic()"))
+    assert told == (
+        "note: line 2: `time.monotonic()` is asked once, when 'hear' is made, and not at each call: write it in the "
+        "function."
+    )
+    assert slips(heard.format("None")) == []
+
+
 @pytest.mark.parametrize(
     ("default", "field", "holds"),
     [

@@ -50,6 +50,24 @@ def test_a_value_that_nothing_uses_is_told(line, value, how):
     assert told == [f"note: line 9: {UNUSED.format(value, *how)}"]
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.sum + given", "`self.sum + given` changes nothing. To change `self.sum`, write `self.sum += given`."),
+        (
+            "effort - 2 * given",
+            "`effort - 2 * given` changes nothing. To change `effort`, write `effort -= 2 * given`.",
+        ),
+        ("+ 2 * given", ""),
+        ("+ f' of {given}'", ""),
+        ("- given + effort", ""),
+    ],
+)
+def test_a_line_without_an_equals_sign_or_brackets_is_told(line, told):
+    own = "this line is a statement of its own. To go on with the line above, put the whole into brackets."
+    assert slips(CLASS.format(line=line, last="pass")) == [f"note: line 9: {told or own}"]
+
+
 @pytest.mark.parametrize("value", ["self.get_clock().now() - given <= 0.5", "sum(given) / len(given)"])
 def test_a_value_at_the_end_of_a_function_is_meant_to_be_returned(value):
     assert slips(CLASS.format(line="pass", last=value)) == [f"note: line 14: {UNUSED.format(value, *RETURN)}"]

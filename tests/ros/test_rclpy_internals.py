@@ -3,6 +3,7 @@
 import inspect
 import os
 import threading
+import time
 
 import pytest
 from course_interfaces.action import Fibonacci
@@ -39,9 +40,11 @@ def test_requests_are_taken_and_not_answered(node):
     service = node.create_service(AddTwoInts, "unasked", lambda request, response: response)
     client = node.create_client(AddTwoInts, "unasked")
     assert wait_until(client.service_is_ready, 10)
+    before = time.time()
     futures = [client.call_async(AddTwoInts.Request(a=number)) for number in (1, 2)]
     for number in (1, 2):
-        assert wait_until(lambda: rclpy_internals.take_request(service), 10).a == number
+        request, sent = wait_until(lambda: rclpy_internals.take_request(service), 10)
+        assert request.a == number and before <= sent <= time.time()
     assert rclpy_internals.take_request(service) is None and not any(future.done() for future in futures)
 
 
