@@ -46,7 +46,7 @@ class LogFollower:
 
     def _from_book(self, limit: int, programs: list[NodeProcess]) -> tuple[list[Entry], int]:
         before, (self._logged, messages) = self._logged, self._book.since(self._logged)
-        lost = self._logged - before - len(messages) if before else 0  # older ones are not counted as lost
+        lost = self._logged - before - len(messages)  # at the first read, what the book no longer has
         printed = printed_by(programs)
         messages = [message for message in messages if not printed(node_of(message), process_of(message))]
         if self._wanted is None:

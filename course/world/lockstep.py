@@ -78,6 +78,11 @@ class Barrier:
             self._clients[name] = self._node.create_client(GetParameters, name)
         return known == names and all(client.service_is_ready() for client in self._clients.values())
 
+    @property
+    def deserted(self) -> bool:
+        """True if no publisher of the topic is there any more."""
+        return not any(client.service_is_ready() for client in self._clients.values())
+
     def cross(self, timeout: float) -> bool:
         """Wait at most `timeout` s until all have answered; return False if one has not, or there is none to ask."""
         ready = [client for client in self._clients.values() if client.service_is_ready()]
@@ -124,9 +129,11 @@ class Pace:
         if self._told or not tellers:
             return
         if drive.missed >= MISSED and ran >= MISSED * self._limit:
+            why = "A driver must answer sooner: its callback must not sleep or compute for so long."
+            if self._barrier.deserted:
+                why = "The node that drove has ended, or was stopped."
             self._tell(
-                f"{drive.missed} scans had no command within {self._limit:g} s: this drive goes on without one, and "
-                "takes long. A driver must answer sooner: its callback must not sleep or compute for so long."
+                f"{drive.missed} scans had no command within {self._limit:g} s: this drive goes on without one. {why}"
             )
         elif (
             ticks == FIRST

@@ -19,6 +19,7 @@ from tests.browser.pages import (
     keep_picture,
     open_page,
     run_cell,
+    run_from_palette,
     show_panel,
     wait_for_kernel,
     wait_until_run,
@@ -143,6 +144,14 @@ def test_a_node_is_looked_at_stopped_and_started_its_log_is_searched_and_everybo
     panel.get_by_role("button", name="Back to the notebook").click()
     expect(panel).to_be_hidden()
     assert wait_until(lambda: notebook.bounding_box()["width"] >= 300, WAIT / 1e3)  # px
+    run_from_palette(page, "ROS course", "Robot")  # which lies in front of the notebook then
+    expect(notebook).to_be_hidden()
+    back = panel.get_by_role("button", name="Back to the notebook")
+    for leave in (lambda: page.keyboard.press("Escape"), back.click):
+        run_from_palette(page, "ROS course", "Nodes")
+        expect(panel).to_be_visible()
+        leave()
+        expect(notebook).to_be_visible()
 
 
 PHONE = """() => {

@@ -26,6 +26,7 @@ from course.lab.kernel import inspector, knobs, log, nodes
 from course.lab.kernel.exchange import LARGEST, Exchange
 from course.lab.kernel.robot_listener import TOLD, RobotListener
 from course.session import logs
+from course.session.following import LogFollower
 from course.session.logs import Entry, LogBook, Logs, entry_of, node_of, short
 from course.session.node_process import NodeProcess
 from tests import chosen
@@ -303,6 +304,22 @@ def test_a_book_tells_of_a_flood_and_forgets_only_what_it_is_asked_to():
     assert set(told) == {"one"}
     book.forget("one")
     assert {entry.node for entry in book.read()} == {"other"}
+
+
+def test_lines_that_the_book_has_lost_before_the_first_read_are_older_ones():
+    class Node:
+        def create_subscription(self, kind, topic, hear, *_, **__):
+            self.hear = hear
+
+    node = Node()
+    book = LogBook(node)
+    for number in range(logs.KEPT + 7):
+        node.hear(serialize_message(Log(name="one", level=40 if number == 0 else 20, msg=f"{number}")), {})
+    errors = LogFollower(book, list, lambda entry: entry.level == "ERROR")
+    assert errors.read(100) == ([], 0) and errors.older == 7
+    everything = LogFollower(book, list)
+    entries, lost = everything.read(100)
+    assert (entries[0].text, len(entries), lost, everything.older) == (f"{logs.KEPT - 93}", 100, 0, logs.KEPT - 93)
 
 
 def test_many_long_lines_are_shown_in_part():

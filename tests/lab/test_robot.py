@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan
 from visualization_msgs.msg import Marker
 
 from course.lab import protocol
-from course.lab.kernel import knobs
+from course.lab.kernel import driving, knobs
 from course.lab.kernel.robot_listener import FARTHEST, RobotListener
 from course.world import ROOMS
 from course.world.geometry import clearance
@@ -591,6 +591,13 @@ def test_one_who_sends_no_commands_any_more_does_not_drive_and_is_told(kernel, p
     quiet.unlink()
     known = shown_until(page, lambda known: "/my_driver drives now" in known.get("idle", ""))
     assert known["silent"] == [] and known["nodes"]["drives"] == ["/my_driver"]
+
+
+def test_a_node_that_drives_in_fast_mode_is_not_what_keeps_one_from_driving():
+    listener = SimpleNamespace(takes={driving.TYPE}, commanders=["/my_driver"], silent=False, fast_world=lambda: True)
+    assert "To drive yourself, start a world in real time." in driving.reason(listener)
+    listener.fast_world = lambda: None
+    assert driving.reason(listener) == "/my_driver drives now. Stop it to drive yourself."
 
 
 def test_the_pad_keeps_out_of_fast_mode_and_of_another_type(kernel, page):

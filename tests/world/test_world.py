@@ -393,6 +393,15 @@ def test_a_drive_that_takes_long_says_why(context, told, monkeypatch, pause, by_
     assert len(told) == bool(says) and says in "".join(told)
 
 
+def test_a_driver_that_was_stopped_in_the_middle_of_a_drive_is_told_as_that(context, told):
+    node, driver = world(context, fast=True), own_driver(context, 0.0, False)
+    with spinning(node, context), contextlib.ExitStack() as driving:
+        driving.enter_context(spinning(driver, context))
+        node.drive(500.0, answer_within=0.05, on_step=lambda: node.simulation.time > 0.5 and driving.close())
+    (said,) = told
+    assert said.endswith("this drive goes on without one. The node that drove has ended, or was stopped.")
+
+
 def test_a_node_beside_the_driver_that_does_not_use_simulated_time_is_no_cause(context, told, monkeypatch):
     monkeypatch.setattr("course.world.lockstep.FIRST", 15)
     node, driver, other = world(context, fast=True), own_driver(context, 0.1, False), own_driver(context, 0, True, "o")

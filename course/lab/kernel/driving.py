@@ -10,6 +10,7 @@ from course.lab.kernel.robot_listener import RobotListener, listener_in_use
 from course.world.simulation import Robot
 
 TYPE = "geometry_msgs/msg/Twist"
+FAST = "This world is in fast mode: it waits for a node that drives it"
 NO_ROBOT = "No robot takes commands: no node subscribes to /cmd_vel."
 
 
@@ -39,11 +40,11 @@ def reason(listener: RobotListener) -> str:
         return NO_ROBOT
     if wrong := sorted(listener.takes - {TYPE}):
         return f"The robot takes {wrong[0]} on /cmd_vel. These buttons publish {TYPE}."
+    if listener.fast_world():
+        return f"{FAST}. To drive yourself, start a world in real time."
     if listener.commanders and not listener.silent:
         *some, last = listener.commanders
         names = f"{', '.join(some)} and {last}" if some else last
         names = names[0].upper() + names[1:]
         return f"{names} drive{'s' * (not some)} now. Stop {'it' if not some else 'them'} to drive yourself."
-    if listener.fast_world():
-        return "This world is in fast mode: it waits for its driver. Start one in real time to drive yourself."
     return ""

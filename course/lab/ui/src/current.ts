@@ -16,10 +16,18 @@ export class Current {
     private _tracker: INotebookTracker,
     private _links: Links,
     private _makeRoom: () => void,
-    readonly back: () => void // from a panel that covers the notebook, on a phone, to the notebook
+    readonly back: () => void, // from a panel that covers the notebook, on a phone, to the notebook
+    private _show: (id: string) => void
   ) {
     _tracker.currentChanged.connect(this._follow, this);
     this._follow();
+  }
+
+  /** Bring the notebook in front of what lies in its place, such as the robot, and give it the focus. */
+  front(): void {
+    if (this._panel) {
+      this._show(this._panel.id);
+    }
   }
 
   get panel(): NotebookPanel | null {

@@ -56,13 +56,14 @@ const panels: JupyterFrontEndPlugin<void> = {
     const makeRoom = () => (window.innerWidth < NARROW ? shell?.collapseLeft() : undefined);
     // JupyterLab itself would see only later that the server has been started anew, and has no kernels.
     const links = new Links(() => void app.serviceManager.sessions.refreshRunning().catch(() => undefined));
-    const current = new Current(tracker, links, makeRoom, () => shell?.collapseRight());
+    const show = (id: string) => app.shell.activateById(id);
+    const current = new Current(tracker, links, makeRoom, () => shell?.collapseRight(), show);
     tracker.currentChanged.connect(makeRoom);
     window.addEventListener('resize', () => (current.isOpen ? makeRoom() : undefined));
     document.addEventListener('keydown', event => {
       const from = event.target instanceof Element ? event.target.closest('.ros-Panel') : null;
       if (from && event.key === 'Escape' && !event.defaultPrevented) {
-        current.panel?.activate();
+        current.front();
       }
     });
     const nodes = new NodesPanel(current);
@@ -76,14 +77,13 @@ const panels: JupyterFrontEndPlugin<void> = {
       }
       phone = window.innerWidth < PHONE;
     });
-    const show = (widget: NodesPanel | InspectorPanel) => app.shell.activateById(widget.id);
     const open: Open = (kind, name, type) => {
       if (kind === 'node') {
         nodes.choose(name);
-        show(nodes);
+        show(nodes.id);
       } else {
         inspector.choose(kind, name, type);
-        show(inspector);
+        show(inspector.id);
       }
     };
     const graph = new GraphPanel(current, open, () => void app.commands.execute('ros2-course:graph-tab'));

@@ -155,7 +155,7 @@ export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[]
       </div>
       <div className="ros-Log-lost">
         {failed}
-        {older > 0 && 'Older lines are not shown here: in a cell, ros.logs() has them.'}
+        {older > 0 && 'Older lines are not shown here. In a cell, ros.logs() has the newest 5,000.'}
         {older > 0 && lost > 0 && ' '}
         {lost === 1 && 'One line is not shown: lines came faster than a page can show them.'}
         {lost > 1 && `${lost.toLocaleString('en')} lines are not shown: they came faster than a page can show them.`}

@@ -81,7 +81,7 @@ export abstract class SidePanel extends ReactWidget {
           className="ros-Panel-back"
           onClick={() => {
             this.current.back();
-            this.current.panel?.activate();
+            this.current.front();
           }}
         >
           Back to the notebook

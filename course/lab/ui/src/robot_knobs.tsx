@@ -30,7 +30,7 @@ export function valueOf(node: KnobNode, name: string): any {
 }
 
 export function Knobs({ node, link, without }: { node: KnobNode; link: Link; without: string[] }): JSX.Element | null {
-  const [failed, setFailed] = React.useState('');
+  const [failed, setFailed] = React.useState({ name: '', why: '' });
   if (node.parameters === null) {
     return <p>{node.name} does not tell its parameters: it is busy, blocked, or offers none.</p>;
   }
@@ -41,18 +41,20 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
   const set = async (name: string, value: any) => {
     try {
       await link.request('robot.set', { node: node.name, values: { [name]: value } });
-      setFailed('');
+      setFailed({ name: '', why: '' });
     } catch (error) {
-      setFailed((error as Error).message);
+      setFailed({ name, why: (error as Error).message });
     }
   };
   return (
-    <details className="ros-Robot-knobs" open>
+    <details className="ros-Robot-knobs" open onFocus={() => setFailed({ name: '', why: '' })}>
       <summary>Parameters of {node.name}</summary>
       {knobs.map(knob => (
-        <KnobItem key={`${knob.kind} ${knob.name}`} knob={knob} set={set} />
+        <React.Fragment key={`${knob.kind} ${knob.name}`}>
+          <KnobItem knob={knob} set={set} />
+          {failed.name === knob.name && <div role="alert">{failed.why}</div>}
+        </React.Fragment>
       ))}
-      <div role="status">{failed}</div>
     </details>
   );
 }
