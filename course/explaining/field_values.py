@@ -47,9 +47,11 @@ def _given(field: str, code: str) -> Iterator[ast.expr]:
     for node in walk(line_tree(code)):
         if isinstance(node, ast.Assign) and field in map(name_of, node.targets):
             yield node.value
-        several = [target for target in getattr(node, "targets", []) if isinstance(target, ast.Tuple)]
-        if isinstance(node, ast.Assign) and any(field in map(name_of, target.elts) for target in several):
-            yield node.value
+        for target in (each for each in getattr(node, "targets", []) if isinstance(each, ast.Tuple)):
+            names, value = [*map(name_of, target.elts)], node.value  # type: ignore[attr-defined]
+            each_one = isinstance(value, ast.Tuple) and len(value.elts) == len(names)
+            if field in names:
+                yield value.elts[names.index(field)] if each_one else value
         if isinstance(node, ast.keyword) and node.arg == field:
             yield node.value
 
@@ -57,6 +59,8 @@ def _given(field: str, code: str) -> Iterator[ast.expr]:
 def _tuple(given: ast.expr) -> str:
     if isinstance(given, ast.Tuple) and len(given.elts) == 1:
         return f"The comma at the end makes a tuple of it: write `{ast.unparse(given.elts[0])}`, without the comma."
+    if isinstance(given, ast.Tuple) and len(given.elts) > 1:
+        return f"The comma makes a tuple of {len(given.elts)} values: write `{ast.unparse(given.elts[0])}` here alone."
     return ""
 
 

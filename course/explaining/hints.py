@@ -492,6 +492,17 @@ def _beam(found: re.Match[str], source: str, code: str) -> str:
     return "Scanners differ in their number of beams. Find a beam by its angle: angle_min + index * angle_increment."
 
 
+def _angles_to_the_end(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on angles that are counted up to a scan's `angle_max`, which need not be as many as its beams."""
+    for call in calls(parse(source), "arange"):
+        if any(name_of(each) == "angle_max" for each in call.args):
+            return (
+                f"Line {call.lineno} counts the angles up to `angle_max`, which need not be as many as the beams. "
+                "There is one for each: `scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))`."
+            )
+    return ""
+
+
 def _word_for_number(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a word of the command line that `argparse` was not told to make a number."""
     for call in calls(parse(source), "add_argument"):
@@ -1065,6 +1076,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"rclpy_logging_rcutils_log\(\): incompatible function arguments", logged),
     (r"list indices must be integers or slices, not str", list_of_parameters),
     (r"^IndexError", _beam),
+    (r"operands could not be broadcast", _angles_to_the_end),
     (r"^TypeError: .* between instances of '(?:(?:int|float)' and 'str|str' and '(?:int|float))'", _word_for_number),
     (r"field must be a set or sequence and each value of type '(\w+)'", _words_for_numbers),
     (NO_TEXT, sent),

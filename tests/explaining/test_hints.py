@@ -220,6 +220,18 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "Line 2: an array is never equal to a list. Write `len(left)`, or begin with `list(...)`.",
         ),
         (
+            "ValueError: operands could not be broadcast together with shapes (360,) (0,)",
+            "angles = np.arange(scan.angle_min, scan.angle_max, scan.angle_increment)\n",
+            "seen = ranges[usable & (low <= angles)]",
+            "Line 1 counts the angles up to `angle_max`, which need not be as many as the beams.",
+        ),
+        (
+            "AssertionError: The 'x' field must be of type 'float'",
+            "",
+            "cmd.linear.x = action['linear'], cmd.angular.z == action['angular']",
+            "The comma makes a tuple of 2 values: write `action['linear']` here alone.",
+        ),
+        (
             "KeyError: 'front'",
             CALLED + "decide({'right': 0.4})\n",
             "return seen['front']",
