@@ -611,26 +611,26 @@ def _parameters(function: object) -> int:
 
 
 def _class_for_object(found: re.Match[str], source: str) -> str:
-    """Return the hint on a method that gets no object: of a class, or because a decorator gives it the class."""
+    """Return the hint on a method that gets no object: called of the class, perhaps by a method that is given that."""
     for function in functions(parse(source)):
-        for decorator in function.decorator_list:
-            if name_of(decorator) in ("classmethod", "staticmethod"):
-                return (
-                    f"`@{name_of(decorator)}` in line {decorator.lineno} takes the node away from '{function.name}', "
-                    "so that what it calls has no `self`: leave it out."
-                )
+        line = next((each.lineno for each in function.decorator_list if name_of(each) == "classmethod"), 0)
+        if line and next(calls(function, found[1]), None):
+            return (
+                f"`@classmethod` in line {line} takes the node away from '{function.name}', so that what it calls has "
+                "no `self`: leave it out."
+            )
     return "This is the class, not a node: create a node with brackets, as in `node = TheClass()`."
 
 
 def _spun_twice(found: re.Match[str], source: str) -> str:
     """Return the hint on an executor that is spun in a callback of its own, or by two threads."""
     tree = parse(source)
-    threads = [call for call in calls(tree, "Thread") if name_of(argument(call, 1, "target")).startswith("spin")]
-    spins = [call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"]
-    of_rclpy = [call for call in threads if ast.unparse(argument(call, 1, "target") or call) == "rclpy.spin"]
-    if of_rclpy and spins:
+    targets = [(call.lineno, argument(call, 1, "target")) for call in calls(tree, "Thread")]
+    threads = [line for line, target in targets if target and ast.unparse(target) == "rclpy.spin"]
+    spins = [call.lineno for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"]
+    if threads and spins:
         return (
-            f"The thread of line {of_rclpy[0].lineno} and line {spins[0].lineno} both spin the node, and two threads "
+            f"The thread of line {threads[0]} and line {spins[0]} both spin the node, and two threads "
             "cannot spin one executor: leave one of the two out. To run several callbacks at a time, use a "
             "`MultiThreadedExecutor`."
         )
@@ -840,7 +840,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"^TypeError: spin_until_future_complete\(\) missing 1 required positional argument: 'future'",
         _says("The node comes first: `rclpy.spin_until_future_complete(node, future)`."),
     ),
-    (r"missing 1 required positional argument: 'self'", _class_for_object),
+    (r"(\w+)\(\) missing 1 required positional argument: 'self'", _class_for_object),
     (
         r"different clock types",
         _says(

@@ -68,11 +68,11 @@ def late_newest(file: str) -> str:
     locks = {ast.unparse(item.context_expr) for block in moving for item in block.items}
     taking = {name_of(argument(call, 9, "handle_accepted_callback")) for call in calls(tree, "ActionServer")}
     for function in named(tree, taking - {""}):
-        given, inside = last_parameter(function), list(walk(function))
-        stored = [node for node in inside if isinstance(node, ast.Assign) and name_of(node.value) == given]
-        waits = [node.lineno for node in inside if isinstance(node, ast.While)]
+        given, nodes = last_parameter(function), list(walk(function))
+        stored = [node for node in nodes if isinstance(node, ast.Assign) and name_of(node.value) == given]
+        waits = [node.lineno for node in nodes if isinstance(node, ast.While)]
         waits += [call.lineno for name in WAITING for call in calls(function, name)]
-        waits += [node.lineno for node in inside if isinstance(node, ast.With)
+        waits += [node.lineno for node in nodes if isinstance(node, ast.With)
                   and locks & {ast.unparse(item.context_expr) for item in node.items}]  # fmt: skip
         if stored and waits and min(waits) < stored[0].lineno:
             return (
