@@ -13,6 +13,13 @@ CLASS = 6  # submissions that a command grades
 SOON = 10.0  # s
 
 
+@pytest.fixture(autouse=True)
+def unknown(monkeypatch):
+    """No grading was done before in this process."""
+    monkeypatch.setattr(admission, "_taken", {})
+    monkeypatch.setattr(admission, "_running", Counter())
+
+
 @pytest.fixture
 def machine(monkeypatch, tmp_path):
     """A machine of which no core is free, and no processor to spare before the event that is returned is set."""
@@ -113,7 +120,6 @@ def test_an_extra_grading_begins_when_the_cores_have_room_for_what_it_takes(
     now = [100.0]
     monkeypatch.setattr(admission, "_looks", deque())
     monkeypatch.setattr(admission, "_running", Counter(running))
-    monkeypatch.setattr(admission, "_taken", {})
     monkeypatch.setattr(admission, "cores", lambda: 2)
     monkeypatch.setattr(admission, "_idle", lambda: share * now[0])
     monkeypatch.setattr(admission.time, "monotonic", lambda: now[0])
