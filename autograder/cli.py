@@ -707,8 +707,7 @@ def _circumstances(
         if gradebook:
             raise
         url = ""
-    ungraded = [(who, name) for name in names for who in absent[name] if listing.is_handed_in(submitted, who, name)]
-    ungraded = sorted({*ungraded, *output.unfinished(out, submitted)})
+    ungraded = output.ungraded(out, submitted, reports, ((who, name) for name in names for who in absent[name]))
     absent = {name: [each for each in absent[name] if (each, name) not in ungraded] for name in names}
     late = lateness(url, submitted) if url else {}
     findings = [finding for name in names for finding in find(out, name, ALIKE)]

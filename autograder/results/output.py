@@ -9,7 +9,7 @@ import contextlib
 import fcntl
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeVar
@@ -144,10 +144,15 @@ def read_results(folder: Path) -> dict[tuple[str, str], Report]:
     return {(report.student, report.assignment): report for report in _read_lines(folder / RESULTS, Report.from_fields)}
 
 
-def unfinished(folder: Path, submitted: Path) -> list[tuple[str, str]]:
-    """Return the submissions that a grading into a folder was asked for, that have no result and are still there."""
-    done = read_results(folder)
-    return [key for key in _asked(folder) if key not in done and listing.is_handed_in(submitted, *key)]
+def ungraded(
+    folder: Path, submitted: Path, done: Container[tuple[str, str]], others: Iterable[tuple[str, str]]
+) -> list[tuple[str, str]]:
+    """Return the submissions that are there and have no result, `done` being those that have one.
+
+    They are looked for among those that a grading into the folder was asked for, and `others`.
+    """
+    expected = {*_asked(folder), *others}
+    return sorted(key for key in expected if key not in done and listing.is_handed_in(submitted, *key))
 
 
 def _asked(folder: Path) -> list[tuple[str, str]]:

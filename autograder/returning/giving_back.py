@@ -23,7 +23,7 @@ from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import feedback, output
 from autograder.results.text import counted
 from autograder.returning import ways
-from autograder.submissions import listing, provenance
+from autograder.submissions import provenance
 from course.foundation import storage
 from course.foundation.untrusted import one_line
 from course.returned.record import Mark
@@ -92,9 +92,10 @@ def give_back(
     was graded into.  With `changed`, only pages that differ from the last return are made.  Raises UsageError when
     there is nothing to return, and while another return of these results goes on.
     """
+    results = output.read_results(out)
     reports = {
         key: report
-        for key, report in output.read_results(out).items()
+        for key, report in results.items()
         if assignment in (None, key[1]) and (not students or key[0] in students)
     }
     if not reports:
@@ -110,12 +111,12 @@ def give_back(
             {each for each in roster if not students or each in students} - {student for student, _ in reports}
         )
         names = {assignment for _, assignment in reports}
-        left = {key for place in marks for key in output.unfinished(out, place)}
-        left |= {(each, name) for each in without for name in names for place in marks
-                 if listing.is_handed_in(place, each, name)}  # fmt: skip
-        left = {key for key in left if assignment in (None, key[1]) and (not students or key[0] in students)}
+        expected = list(itertools.product(without, names))
+        found = {key for place in marks for key in output.ungraded(out, place, results, expected)}
+        left = [key for key in sorted(found) if assignment in (None, key[1]) and (not students or key[0] in students)]
         nothing = [each for each in without if each not in {student for student, _ in left}]
-        ungraded = ["/".join(key) if len(names) > 1 else key[0] for key in sorted(left)]
+        several = len({*names, *(name for _, name in left)}) > 1
+        ungraded = ["/".join(key) if several else key[0] for key in left]
         unmarked = gradebook is None and any(each.url is None for each in marks.values())
         result = Returned(changed=[] if changed else None, nothing=nothing, ungraded=ungraded, unmarked=unmarked)
         pages: dict[tuple[str, str], list[tuple[str, str, bytes]]] = defaultdict(list)

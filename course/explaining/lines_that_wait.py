@@ -9,8 +9,8 @@ from course.explaining.failure_report import Frame
 from course.explaining.hangs import THREADS
 from course.explaining.locks import locked, still_set
 from course.explaining.source import (
-    CALLBACKS,
     argument,
+    callbacks,
     calls,
     covers,
     endless_looks,
@@ -49,7 +49,7 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
         return [f"{why}. Keep it in a variable of the function."]
     if not alone:
         return []
-    if SPINS_ITSELF.search(at.code) and any(frame.function in _callbacks(tree) for frame in frames):
+    if SPINS_ITSELF.search(at.code) and any(frame.function in callbacks(tree) for frame in frames):
         spin = next((call for call in calls(tree, "spin") if ast.unparse(call.func) == "rclpy.spin"), None)
         if spin is not None:
             why = (
@@ -63,7 +63,7 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     if before := _before_the_spin(frames, tree):
         return [before]
     loop = next((each for each in walk(tree) if isinstance(each, ast.While) and covers(each, at.line)), None)
-    if loop is None or any(frame.function in _callbacks(tree) for frame in frames):
+    if loop is None or any(frame.function in callbacks(tree) for frame in frames):
         return []
     waits = next(calls(loop.test, "done"), None)
     spins = any("spin" in name_of(node) for node in walk(loop))
@@ -156,10 +156,6 @@ def _is_of_a_rate(code: str, tree: ast.Module) -> bool:
         return False
     made = [node for node in walk(tree) if isinstance(node, ast.Assign) and [*calls(node.value, "create_rate")]]
     return "create_rate(" in code or slept[1] in {ast.unparse(each) for node in made for each in node.targets}
-
-
-def _callbacks(tree: ast.Module) -> set[str]:
-    return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
 
 
 def _node(tree: ast.Module, line: int) -> str:

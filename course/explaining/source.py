@@ -532,14 +532,18 @@ def functions_of(node: ast.ClassDef) -> list[ast.FunctionDef | ast.AsyncFunction
     return [each for each in node.body if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
 
+def callbacks(tree: ast.Module) -> set[str]:
+    """Return the names of the functions that a text gives to rclpy as callbacks; '' for what has no name."""
+    return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
+
+
 def spins_in_a_callback(source: str) -> ast.Call | None:
-    """Return a call by which a callback of a service, an action, a topic or a timer spins its own node; or None."""
+    """Return a call by which a callback spins its own node; or None."""
     tree = parse(source)
-    names = {name_of(argument(call, *CALLBACKS[maker])) for maker in ("ActionServer", "create_service",
-             "create_subscription", "create_timer") for call in calls(tree, maker)}  # fmt: skip
-    callbacks = [*named(tree, names - {""})]
-    helpers = {name_of(node.func) for each in callbacks for node in walk(each) if isinstance(node, ast.Call)}
-    for function in (*callbacks, *named(tree, helpers - names)):
+    names = callbacks(tree) - {""}
+    called = [*named(tree, names)]
+    helpers = {name_of(node.func) for each in called for node in walk(each) if isinstance(node, ast.Call)}
+    for function in (*called, *named(tree, helpers - names)):
         for call in (node for node in walk(function) if isinstance(node, ast.Call)):
             if name_of(call.func).startswith("spin") and name_of(argument(call, 0, "node")) == "self":
                 return call

@@ -261,6 +261,10 @@ def test_what_an_unfinished_grading_has_left_is_said_without_a_roster(submitted,
     assert "handed in, and not graded yet (`autograder grade` with --resume grades the rest): doejane/services" in told
     graded(submitted, out, report("doejane"))
     assert cli.app(["return", str(out)], standalone_mode=False) == 0
+    (submitted / "ada" / "calculator").mkdir()
+    with Output(out, resume=True) as results:
+        results.asks([("ada", "calculator")])
+    assert give_back(out, out / "returned").ungraded == ["ada/calculator"]  # her other exercise has a page
 
 
 def test_what_a_student_could_write_decides_nothing(submitted, tmp_path):
