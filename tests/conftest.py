@@ -143,9 +143,10 @@ WAITING = (
 
 
 # What a page or a hub does at moments of its own is waited for; a second try is granted all the same, and named.
-DRIVEN = {
-    "browser": "JupyterLab draws, takes the focus and connects to kernels when it likes",
-    "classroom": "JupyterHub, its proxy and the members' servers start and end by themselves",
+DRIVEN = {  # by the fixture that a test uses; one that starts a hub of its own has the marker
+    "chromium": "JupyterLab draws, takes the focus and connects to kernels when it likes",
+    "up": "JupyterHub, its proxy and the members' servers start and end by themselves",
+    "ended": "JupyterHub and the members' servers end by themselves, and start again",
 }
 
 LONG = 30  # s that a test may take on a quiet machine without the marker that says why
@@ -168,8 +169,8 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(items):
     """Begin with the groups that take longest; the order within a file stays as it is written."""
     for item in items:
-        if reason := DRIVEN.get(group(item.nodeid)):
-            item.add_marker(pytest.mark.drives(reason))
+        for fixture in DRIVEN.keys() & item.fixturenames:
+            item.add_marker(pytest.mark.drives(DRIVEN[fixture]))
         if driving := item.get_closest_marker("drives"):
             assert driving.args, f"{item.nodeid}: the marker drives needs a reason"
             item.add_marker(pytest.mark.flaky(reruns=1))

@@ -146,7 +146,7 @@ def own_tests(run, name: str) -> None:
     """Run its notebook by nbval, its right and wrong answers, and what is held of every notebook and suite."""
     done = run(
         "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "matrix or not matrix", "-k", name, f"notebooks/{name}",
-        "tests/test_notebooks.py", "tests/test_pages.py", "tests/hidden/test_answers.py",
+        "tests/notebooks/test_notebooks.py", "tests/notebooks/test_pages.py", "tests/hidden/test_answers.py",
         "tests/submissions/test_exercises.py",
     )  # fmt: skip
     assert done.returncode == 0 and "skipped" not in done.stdout, done.stdout

@@ -43,6 +43,7 @@ def somebody():
 
 @pytest.mark.matrix  # a class of its own, twice; the tests below restore what a backup holds
 @pytest.mark.long("two classes are started")
+@pytest.mark.drives("it starts two hubs of its own")
 def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebody):
     """To a machine that has given ada's number to somebody else, without a roster, with another prefix of the users."""
     for around in tmp_path.parents:

@@ -13,7 +13,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 
 from course.foundation import cells
-from tests.test_pages import ROOT
+from tests.notebooks.test_pages import ROOT
 
 
 def page(name: str) -> str:

@@ -12,7 +12,7 @@ import pytest
 from course.foundation import cells
 from course.foundation.cells import Cell
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 START = ROOT / "notebooks/index.ipynb"
 SECTIONS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
 PAGES = [START, *SECTIONS, *sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/**/*.md"))]

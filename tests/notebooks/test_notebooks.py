@@ -12,7 +12,7 @@ import pytest
 from autograder.gradebook.release import release
 from course.foundation.cells import content
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 NOTEBOOKS = sorted(ROOT.glob("notebooks/[!.]*/*.ipynb"))
 STORED = [ROOT / "notebooks/index.ipynb", *NOTEBOOKS]
 
