@@ -169,7 +169,7 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(items):
     """Begin with the groups that take longest; the order within a file stays as it is written."""
     for item in items:
-        for fixture in DRIVEN.keys() & item.fixturenames:
+        for fixture in DRIVEN.keys() & getattr(item, "fixturenames", ()):  # a cell of a notebook has none
             item.add_marker(pytest.mark.drives(DRIVEN[fixture]))
         if driving := item.get_closest_marker("drives"):
             assert driving.args, f"{item.nodeid}: the marker drives needs a reason"

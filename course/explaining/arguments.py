@@ -197,25 +197,43 @@ def lambda_arguments(found: re.Match[str], source: str) -> str:
     return ""
 
 
+TAKES = {  # what makes a callback, and what the callback must take
+    "create_service": "(self, request, response)",
+    "create_subscription": "(self, msg)",
+    "create_timer": "(self)",
+    "ActionServer": "(self, goal_handle)",
+    "send_goal_async": "(self, message)",
+    "add_done_callback": "(self, future)",
+    "add_on_set_parameters_callback": "(self, params)",
+}
+
+
+def called_by_hand(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a line that calls a callback of ROS 2 itself, without what ROS 2 passes to it."""
+    name, tree = found[1], parse(source)
+    if not any(isinstance(call.func, ast.Attribute) for call in calls(line_tree(code), name)):
+        return ""
+    for maker, signature in TAKES.items():
+        passed = signature.strip("()").removeprefix("self, ")
+        for call in calls(tree, maker):
+            if name in map(name_of, [*call.args, *(keyword.value for keyword in call.keywords)]):
+                return (
+                    f"This line calls the callback `{name}` itself. ROS 2 calls it, and passes `{passed}` to it. Put "
+                    "what both need into a method of its own."
+                )
+    return ""
+
+
 def argument_count(found: re.Match[str], source: str) -> str:
     """Return the hint on a function called with the wrong number of arguments."""
     name = found[1].rpartition(".")[2]
-    takes = {
-        "create_service": "(self, request, response)",
-        "create_subscription": "(self, msg)",
-        "create_timer": "(self)",
-        "ActionServer": "(self, goal_handle)",
-        "send_goal_async": "(self, message)",
-        "add_done_callback": "(self, future)",
-        "add_on_set_parameters_callback": "(self, params)",
-    }
     for function in (each for each in functions(parse(source)) if each.name == name):
         if line := next((each.lineno for each in function.decorator_list if name_of(each) == "property"), 0):
             return (
                 f"`@property` in line {line} has `self.{name}` call the function at once, without arguments. A "
                 "callback is a plain method: leave it out."
             )
-    for maker, signature in takes.items():
+    for maker, signature in TAKES.items():
         for call in calls(parse(source), maker):
             given = [*call.args, *(keyword.value for keyword in call.keywords)]
             if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):

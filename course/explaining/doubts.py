@@ -82,12 +82,12 @@ def long_limit(source: str, line: int) -> str:
 
 
 def short_wait(source: str, least: float) -> tuple[int, float] | None:
-    """Return the line of the one wait for a service, and its time limit in s, if that is less than `least`.
+    """Return the line of the one wait for a server, and its time limit in s, if that is less than `least`.
 
     None unless the text shows that it waits once: in no loop, and with a limit that is written out.
     """
     tree = parse(source)
-    waits = list(calls(tree, "wait_for_service"))
+    waits = [*calls(tree, "wait_for_service"), *calls(tree, "wait_for_server")]
     if len(waits) != 1 or any(isinstance(node, (ast.While, ast.For, ast.comprehension)) for node in walk(tree)):
         return None
     limit: ast.expr | None = argument(waits[0], 0, "timeout_sec")

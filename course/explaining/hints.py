@@ -17,6 +17,7 @@ from rclpy.node import Node
 from course.explaining import wrong_forms
 from course.explaining.arguments import (
     argument_count,
+    called_by_hand,
     lambda_arguments,
     logged,
     node_without_quotes,
@@ -66,6 +67,7 @@ from course.explaining.mixups import (
     never_set,
     not_a_future,
     not_called,
+    not_kept,
     outside_of_functions,
     parameter_counts,
     session_overwritten,
@@ -1070,6 +1072,9 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"('(?:builtin_function_or_method|function)' object|type object '[\w.]+') has no attribute '(\w+)'", of_its_part),
     (r"^(?:NameError: name '(\w+)' is not defined|TypeError: unsupported operand type.* for -:)", _name_of_a_check),
     (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
+    (r"(\w+)\(\) missing \d+ required positional argument", called_by_hand),
+    (r"^AttributeError: '(\w+)' object has no attribute '(\w+)'", not_kept),
+    (r"undeclared parameter\(s\): (-?[\d.]+|True|False)", wrong_forms.value_for_a_name),
     (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),
     (r"^TypeError: (\w+)\.__init__\(\) got an unexpected keyword argument 'threads'", of_start),
     (r"tuple indices must be integers or slices, not str", _tuple_for_dict),

@@ -17,6 +17,7 @@ from course.explaining.source import (
     named,
     parse,
     service_callbacks,
+    set_on_self,
     the_method_itself,
 )
 from course.foundation.syntax import walk
@@ -195,6 +196,40 @@ def never_set(found: re.Match[str], source: str) -> str:
             )
         if of_self and not local and "del " not in source and "delattr(" not in source:
             return f"Line {of_self[0]} sets `{name}`, and has not run yet: give it a first value in `__init__`."
+    return ""
+
+
+MADE_BY = {  # what makes an object of a node, what it is called, and what is done with it
+    "create_publisher": ("publisher", r"publish\b"),
+    "create_client": ("client", r"call\b|call_async|service_is_ready|wait_for_service"),
+    "ActionClient": ("client of an action", r"send_goal|wait_for_server|server_is_ready"),
+    "create_timer": ("timer", r"cancel|reset|is_ready"),
+}
+
+
+def not_kept(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a publisher, client or timer that is used by a name under which no line keeps it."""
+    name = found[2]
+    used = re.search(rf"\bself\.{name}\.(\w+)", code)
+    cls = next((each for each in walk(parse(source)) if isinstance(each, ast.ClassDef) and each.name == found[1]), None)
+    maker = next((each for each, (_, uses) in MADE_BY.items() if used and re.match(uses, used[1])), "")
+    if not cls or not maker or name in {node.attr for node in set_on_self(cls)}:
+        return ""
+    what, made = MADE_BY[maker][0], [*calls(cls, maker)]
+    thrown = [node.value for node in walk(cls) if isinstance(node, ast.Expr) and node.value in made]
+    kept = [
+        target for node in walk(cls) if isinstance(node, ast.Assign) and node.value in made for target in node.targets
+    ]
+    pythons = (
+        f" (`{name}s`, which Python proposes, is a list of rclpy's.)" if f"mean: '{name}s'" in found.string else ""
+    )
+    if thrown:
+        call = ast.unparse(thrown[0].func)
+        return f"Line {thrown[0].lineno} keeps the {what} under no name: write `self.{name} = {call}(...)`.{pythons}"
+    if len(kept) == 1:
+        text = ast.unparse(kept[0])
+        how = "use that name here, too" if text.startswith("self.") else f"write `self.{name} = ...` there"
+        return f"Line {kept[0].lineno} keeps the {what} in `{text}`: {how}.{pythons}"
     return ""
 
 

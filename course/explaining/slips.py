@@ -17,6 +17,7 @@ from course.explaining.source import (
     CALLBACKS,
     argument,
     bare_statements,
+    callbacks,
     calls,
     functions,
     functions_of,
@@ -271,8 +272,12 @@ def _parts_of_a_word(tree: ast.AST) -> Iterator[tuple[int, str]]:
                 )
 
 
+ALIKE = 0.7  # least similarity of a callback's name and the attribute that may be meant, such as `block` and `blocked`
+
+
 def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield methods used without a call as a condition: `if self.is_fresh:`."""
+    given = callbacks(tree)
     for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         own = undecorated(functions_of(cls))
         nodes = (node for node in walk(cls) if isinstance(node, (ast.Attribute, ast.Name)))
@@ -280,8 +285,15 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
         for node in walk(cls):
             for asked in asked_by(node):
                 of_self = isinstance(asked, ast.Attribute) and name_of(asked.value) == "self"
-                if of_self and name_of(asked) in own - stored:
-                    yield asked.lineno, the_method_itself(ast.unparse(asked), ", which is always true")
+                if not of_self or name_of(asked) not in own - stored:
+                    continue
+                text, near = ast.unparse(asked), difflib.get_close_matches(name_of(asked), stored, 1, ALIKE)
+                if name_of(asked) not in given:
+                    yield asked.lineno, the_method_itself(text, ", which is always true")
+                elif near:
+                    yield asked.lineno, f"`{text}` is a callback, which is always true. Is `self.{near[0]}` meant?"
+                else:
+                    yield asked.lineno, f"`{text}` is a callback, which is always true: ask for a value."
 
 
 # What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.

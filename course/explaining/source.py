@@ -532,7 +532,7 @@ def functions_of(node: ast.ClassDef) -> list[ast.FunctionDef | ast.AsyncFunction
     return [each for each in node.body if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))]
 
 
-def callbacks(tree: ast.Module) -> set[str]:
+def callbacks(tree: ast.AST) -> set[str]:
     """Return the names of the functions that a text gives to rclpy as callbacks; '' for what has no name."""
     return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
 

@@ -209,16 +209,56 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
             return f"`{name}` is a member of {cls.name}: write `{cls.name}.{name}`."
     if _is_text(name, code, tree):
         return f"A text stands in quotation marks: `'{name}'`."
+    if text := _without_quotes(found, source, code):
+        return text
     if field := _of_the_request(name, source, code):
         return f"`{name}` is a field of the request: write `{field}`."
     for module, short in (("math", "math"), ("numpy", "np")):
         here = re.search(rf"^import {module}(?: as {short})?$", source, re.MULTILINE)
         if name in OF_MATH and here:
             return f"`{name}` is in the module {module}: write `{short}.{name}`."
+        if name == short and f"{name}." in code:
+            how = f"import {module}" + (f" as {short}" if short != module else "")
+            return f"`{how}` is missing at the beginning."
     return ""
 
 
 OF_MATH = ("inf", "nan", "pi", "degrees", "radians", "isinf", "isnan", "sqrt", "sin", "cos")
+
+
+OF_PARAMETERS = ("declare_parameter", "get_parameter", "get_parameter_or", "has_parameter", "undeclare_parameter")
+SHORT = 2  # letters of a name that may well be an index: `ranges[i]`
+
+
+def _without_quotes(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the name of a parameter, or a key of a dict, without its quotation marks."""
+    name, line = found[1], line_tree(code)
+    for maker in OF_PARAMETERS:
+        for call in calls(line, maker):
+            if isinstance(argument(call, 0, "name"), ast.Name) and name_of(argument(call, 0, "name")) == name:
+                return f"The name of a parameter is a text: `{maker}('{name}')`."
+    stored = [node for node in walk(parse(source)) if name_of(node) == name and isinstance(node, ast.Name)]
+    stored = [node for node in stored if isinstance(node.ctx, ast.Store)]
+    here = [node for node in walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
+    if len(name) <= SHORT or len(stored) != [node.id for node in here].count(name):
+        return ""  # a variable of the text, or an index
+    for node in walk(line):
+        if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Name) and node.slice.id == name:
+            return f"A key that is a text stands in quotation marks: `{ast.unparse(node.value)}['{name}']`."
+    return ""
+
+
+def value_for_a_name(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a parameter that is asked for by its value: `self.get_parameter(self.ki)`."""
+    for maker in OF_PARAMETERS[1:]:
+        for call in calls(line_tree(code), maker):
+            given = argument(call, 0, "name")
+            if given is not None and not isinstance(given, ast.Constant):
+                return (
+                    f"`{maker}` takes the name of a parameter, a text, and `{ast.unparse(given)}` is {found[1]} here: "
+                    f"write `{maker}('{name_of(given) or 'ki'}')`."
+                )
+    return ""
 
 
 def _is_text(name: str, code: str, tree: ast.Module) -> bool:
@@ -331,4 +371,5 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", _of_the_client),
     (r"'(\w+)' object has no attribute '(\w+)'", _attribute_of_a_node),
     (r"^NameError: name '(\w+)' is not defined", _name),
+    (r"^UnboundLocalError: .*local variable '(\w+)'", _without_quotes),
 )

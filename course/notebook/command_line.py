@@ -237,7 +237,10 @@ TAKES_OFF = ("islice", "next", "pop", "popleft", "remove")
 
 
 def _counted(tree: ast.Module, file: str, source: str) -> str:
-    """Return lines about words without the program's name that are counted as if they had it: `len(words) != 4`."""
+    """Return lines about words without the program's name that are counted as if they had it: `len(words) != 4`.
+
+    Or about words with it that are counted as if they had it not: `len(words) != 3`.
+    """
     for node in (each for each in walk(tree) if isinstance(each, ast.Compare) and len(each.ops) == 1):
         count, counted = node.comparators[0], node.left
         if not (isinstance(counted, ast.Call) and name_of(counted.func) == "len" and len(counted.args) == 1):
@@ -251,4 +254,18 @@ def _counted(tree: ast.Module, file: str, source: str) -> str:
                 f"\n{frame_at(file, node.lineno, source)}\nThe program's name is not in `{name}` any more: A, B and "
                 "OPERATION are 3 words."
             )
+        whole = [value for value in held if _is_whole(value)]
+        if isinstance(count, ast.Constant) and count.value == 3 and whole and len(whole) == len(held):
+            name = ast.unparse(counted.args[0])
+            return (
+                f"\n{frame_at(file, node.lineno, source)}\nThe first word of `{name}` is the program's name: with A, B "
+                "and OPERATION it has 4 words."
+            )
     return ""
+
+
+def _is_whole(value: ast.expr) -> bool:
+    """Return True for the whole command line: `sys.argv`, or what `remove_ros_args` returns."""
+    return ast.unparse(value) == "sys.argv" or (
+        isinstance(value, ast.Call) and name_of(value.func) == "remove_ros_args" and "[" not in ast.unparse(value)
+    )

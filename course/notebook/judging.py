@@ -488,21 +488,23 @@ def why_silent(file: str) -> str:
 
 
 def unmet(file: str) -> str:
-    """Return lines about a client that sends its request without a look for the server, or waits for it less than 1 s.
+    """Return lines about a client that sends without a look for the server, or waits for it less than 1 s.
 
     '' if it may wait long enough.
     """
     source = text_at(Path(file))
     if (short := short_wait(source, least=1.0)) is not None:
         return f"\n{frame_at(file, short[0], source)}\nHere it waits {short[1]:g} s."
-    sent = next(calls(parse_program(source), "call_async"), None)
+    waits = {"call_async": "wait_for_service", "send_goal_async": "wait_for_server"}
+    found = ((call, waits[name]) for name in waits for call in calls(parse_program(source), name))
+    sent, wait = next(found, (None, ""))
     if sent is None or LOOKS_FOR_A_SERVER.search(source):
         return ""
     return (
         f"\n{frame_at(file, sent.lineno, source)}\nNothing in the file waits for the server before this. A program "
         "needs a moment to find it, and what it sends before reaches nobody: wait with "
-        f"`{ast.unparse(sent.func).rpartition('.')[0]}.wait_for_service(timeout_sec=...)`, which returns False if no "
-        "server comes."
+        f"`{ast.unparse(sent.func).rpartition('.')[0]}.{wait}(timeout_sec=...)`, which returns False if no server "
+        "comes."
     )
 
 

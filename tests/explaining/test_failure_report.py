@@ -86,6 +86,9 @@ def after(self, params):
 """
 
 
+PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you mean: 'publishers'?"
+
+
 @pytest.mark.parametrize(
     ("error", "text", "code", "says"),
     [
@@ -701,6 +704,79 @@ def after(self, params):
             "class Motor(Node):\n    def status(self):\n        pass\n\ndef status(self):\n    pass",
             "",
             "",
+        ),
+        (
+            "TypeError: Motor.status() missing 2 required positional arguments: 'request' and 'response'",
+            "self.create_service(Trigger, 'status', self.status)\nresponse.message = self.status()",
+            "response.message = self.status()",
+            "This line calls the callback `status` itself. ROS 2 calls it, and passes `request, response` to it.",
+        ),
+        (
+            "TypeError: Motor.status() missing 1 required positional argument: 'response'",
+            "self.create_service(Trigger, 'status', self.status)",
+            "rclpy.spin(node)",
+            "`create_service` calls `status`, which must take (self, request, response).",
+        ),
+        (
+            PUBLISHERS,
+            "class Pid(Node):\n    def f(self):\n        self.create_publisher(Float64, 'effort', 10)",
+            "self.publisher.publish(Float64())",
+            "Line 3 keeps the publisher under no name: write `self.publisher = self.create_publisher(...)`.",
+        ),
+        (
+            PUBLISHERS,
+            "class Pid(Node):\n    def f(self):\n        self.pub = self.create_publisher(Float64, 'effort', 10)",
+            "self.publisher.publish(Float64())",
+            "Line 3 keeps the publisher in `self.pub`: use that name here, too. (`publishers`, which Python proposes,",
+        ),
+        (
+            "AttributeError: 'Relay' object has no attribute 'client'",
+            "class Relay(Node):\n    def f(self):\n        client = self.create_client(AddTwoInts, 'add_two_ints')",
+            "future = self.client.call_async(request)",
+            "`client`",
+        ),
+        (
+            "AttributeError: 'Relay' object has no attribute 'answers'",
+            "class Relay(Node):\n    def f(self):\n        self.client = self.create_client(AddTwoInts, 'a')",
+            "self.answers.append(3)",
+            "",
+        ),
+        (
+            "UnboundLocalError: cannot access local variable 'ki' where it is not associated with a value",
+            "class Pid(Node):\n    def f(self):\n        self.ki = 0.0\n        ki = self.get_parameter(ki).value",
+            "ki = self.get_parameter(ki).value",
+            "The name of a parameter is a text: `get_parameter('ki')`.",
+        ),
+        (
+            "NameError: name 'kp' is not defined. Did you mean: 'p'?",
+            "p = self.get_parameter(kp).value",
+            "p = self.get_parameter(kp).value",
+            "The name of a parameter is a text: `get_parameter('kp')`.",
+        ),
+        (
+            "NameError: name 'front' is not defined. Did you mean: 'print'?",
+            "def decide_action(distances):\n    if distances[front] < 0.5:\n        pass",
+            "if distances[front] < 0.5:",
+            "A key that is a text stands in quotation marks: `distances['front']`.",
+        ),
+        ("NameError: name 'i' is not defined", "print(ranges[i])", "print(ranges[i])", ""),
+        (
+            "NameError: name 'place' is not defined",
+            "def f():\n    place = 3\ndef g():\n    print(ranges[place])",
+            "print(ranges[place])",
+            "",
+        ),
+        (
+            "ParameterNotDeclaredException: Invalid access to undeclared parameter(s): 0.0",
+            "",
+            "ki = self.get_parameter(self.ki).value",
+            "takes the name of a parameter, a text, and `self.ki` is 0.0 here: write `get_parameter('ki')`.",
+        ),
+        (
+            "NameError: name 'np' is not defined",
+            "import math",
+            "effort = np.clip(effort, a, b)",
+            "`import numpy as np`",
         ),
         (
             "TypeError: Server.state() takes 0 positional arguments but 1 was given",

@@ -46,6 +46,19 @@ def test_a_value_that_is_looked_up_and_not_used_is_told():
     assert slips(text.format("return ")) == slips(text.format("").replace("WORDS =", "WORDS = Queue() or")) == []
 
 
+def test_a_callback_in_the_place_of_an_attribute_is_not_to_be_called():
+    text = (
+        "class Lift(Node):\n    def __init__(self):\n        self.{} = False\n"
+        "        self.create_service(SetBool, 'block', self.block)\n"
+        "    def block(self, request, response):\n        return response\n"
+        "    def step(self):\n        return 1 if self.block else 2\n"
+    )
+    (told,) = slips(text.format("blocked"))
+    assert told == "note: line 8: `self.block` is a callback, which is always true. Is `self.blocked` meant?"
+    (told,) = slips(text.format("stopped"))
+    assert told == "note: line 8: `self.block` is a callback, which is always true: ask for a value."
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [

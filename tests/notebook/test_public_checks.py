@@ -815,6 +815,43 @@ SWALLOWED = """\
                 return
 """
 SENTENCES = [
+    (
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        step = 0.0 if self.last_time is None else now - self.last_time\n",
+        (
+            "        if self.last_time is None:\n            self.last_error, self.last_time = error, now\n"
+            "            return\n        step = now - self.last_time\n"
+        ),
+        "When an error of 1.0 was sent first, no effort came: each error is answered, also the first",
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        "        step = 0.0 if self.last_time is None else now - self.last_time\n",
+        "        if self.last_time is None:\n            self.last_time = now\n            return\n"
+        "        step = now - self.last_time\n",
+        "When an error of 2.0 was sent first, no effort came: each error is answered, also the first",
+    ),
+    (
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "        if not self.client.wait_for_server(timeout_sec=5.0):\n            return 'NO SERVER for /lift'\n",
+        "",
+        "the client must wait for the server for 1 to 10 s:\n  lift_client.py, line ",
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "        _, a, b, operation = remove_ros_args(args)\n",
+        "        words = remove_ros_args(args)\n        if len(words) != 3:\n            raise ValueError\n"
+        "        a, b, operation = words[1], words[2], words[3]\n",
+        "The first word of `words` is the program's name: with A, B and OPERATION it has 4 words.",
+    ),
     each_night(
         "parameters",
         "pid-node",
