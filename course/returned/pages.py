@@ -53,12 +53,20 @@ def keep(page: bytes, feedback: Feedback, folder: Path) -> Path:
             if not path.exists():
                 storage.replace(path, page)
                 return path
-            if path.read_bytes() == page:
+            if holds(path, page):
                 path.touch()  # it is the newest again
                 return path
     except OSError as error:
         raise FeedbackError(f"the page could not be kept in {target}: {error.strerror}") from None
     raise FeedbackError(f"there are too many pages in {target}")
+
+
+def holds(path: Path, page: bytes) -> bool:
+    """Return True if a file holds this page; a pipe, a device or a huge file is not read."""
+    try:
+        return read_regular(path, len(page)) == page
+    except (OSError, ValueError):
+        return False
 
 
 def newest(folder: Path, assignment: str = "") -> tuple[Path, Feedback] | None:

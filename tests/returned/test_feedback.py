@@ -106,6 +106,16 @@ def test_a_newer_page_is_shown_and_the_older_one_is_kept(folder):
     assert len(list((folder / "feedback").iterdir())) == 2
 
 
+def test_what_lies_in_its_place_and_is_no_file_is_neither_read_nor_replaced(folder):
+    """Such a folder may come from anywhere: a pipe would be waited for, and a device read until memory is gone."""
+    kept = folder / "feedback"
+    kept.mkdir()
+    os.mkfifo(kept / "services.html")
+    (kept / "services-2.html").symlink_to("/dev/zero")
+    assert pages.keep(page(FOUND), FOUND, folder) == kept / "services-3.html"
+    assert reading.find(folder)[1] == FOUND
+
+
 def test_a_record_is_read_as_it_was_written():
     marks = [Mark("relay", None, 6.0, 'a "quoted" & <b>', waiting=True)]
     found = Feedback("Zoë", "services", "Services", "graded", 1.5, 15.0, TESTS, marks)
