@@ -21,6 +21,7 @@ FEEDBACK_PAUSE = 0.05  # s between two feedback messages to the client
 WIDE = (1_000, 10_000)  # floors that only the server can refuse
 LONG = 11.0  # s that a goal takes for a client that must wait for its end
 EARLY = 0.3  # s that a client is given to cancel too early
+HELD = (1.0, 3.0)  # s that the last message before a cancel that comes too late is held back: time tells nothing
 AFTER = 2  # feedback messages to a client that has cancelled its goal
 PATIENT = 4.0  # s that it is given to cancel at all, or to print what it has heard
 MOST_FEEDBACK = 29  # messages to a client that never cancels
@@ -249,7 +250,8 @@ class Encounter:
     def _wait_for_cancel(self, handle: Any) -> Any:
         """Publish feedback, and note after which message the client cancels."""
         wanted, begun = self.cancel_after or 0, time.monotonic()
-        waits = {wanted - 1: EARLY, wanted: PATIENT}
+        held = self._rng.uniform(*HELD) if self.script == "late" else EARLY
+        waits = {wanted - 1: held, wanted: PATIENT}
         for number in range(self.ahead, MOST_FEEDBACK + 1):
             if number > self.ahead:
                 self._tell(handle, number)

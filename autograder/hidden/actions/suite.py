@@ -802,6 +802,15 @@ def test_client_cancels(clients: Mapping[str, Encounter]) -> None:
                 f"{wanted} as N it did so after {did} than {wanted}.{first}",
                 f"after {run.before_cancel}",
             )
+    late = clients["late"]
+    if late.output and late.before_cancel is not None and late.before_cancel < (late.cancel_after or 0):
+        with late.judged() as program:
+            raise Wrong(
+                "With --cancel-after N, the client must cancel as soon as it has received N feedback messages, however "
+                f"long they take. With {late.cancel_after} as N it did so after {counted(late.before_cancel)}, while "
+                "the next one was held back.",
+                program.output,
+            )
     early = clients["at the answer"]
     if early.output:  # or else it is another test's
         with early.judged() as program:

@@ -2152,6 +2152,21 @@ WRONG = {
         ),
         {"client_cancels"},
     ),
+    "client cancels after 0.15 s for each of N messages": (
+        client(
+            ("        self.heard += 1\n        self.cancel_when_heard()\n", ""),
+            (
+                "        self.cancel_when_heard()\n",
+                (
+                    "        if self.cancel_after is not None:\n"
+                    "            period = max(0.01, 0.15 * self.cancel_after)\n"
+                    "            self.timer = self.create_timer(period, self.cancel_when_heard)\n"
+                ),
+            ),
+            (" and self.heard >= self.cancel_after", ""),
+        ),
+        {"client_cancels"},
+    ),
     "client never cancels": (client((CANCELS, "")), {"client_cancels", "client_cancels_at_once"}),
     "client takes --cancel-after 0 for never": (
         client((DUE, "due = self.cancel_after and self.heard >= self.cancel_after")),
