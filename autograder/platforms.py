@@ -108,13 +108,16 @@ class Origin:
 def origin(path: PurePosixPath) -> Origin | None:
     """Parse the path of a file in a bulk download; return None if it has no known form.
 
-    Students choose the names of their files.  A name that could mean two people belongs to nobody.
+    Students choose the names of their files.  A name that could mean two people belongs to nobody; nor do files that
+    somebody has unpacked from a student's upload into a folder of its name: theirs may be anybody's.
     """
     if any(len(part.encode(errors="replace")) > LONGEST for part in path.parts):
         return None  # no disk has kept it: somebody has written it into an archive
     for number, part in enumerate(path.parts):
         rest = path.parts[number + 1 :]
         possible = [platform for platform in PLATFORMS.values() if platform.folders or not rest]
+        if rest and is_unpacked(part):
+            return None
         if sum(len(platform.mark.findall(part)) for platform in possible) > 1:
             return None
         for platform in possible:
@@ -131,11 +134,18 @@ def origin(path: PurePosixPath) -> Origin | None:
 def is_traced(path: PurePosixPath) -> bool:
     """Return True if a platform has named this file or a folder around it, even without identifying a student."""
     *folders, file = path.parts
-    return any(
+    return any(map(is_unpacked, folders)) or any(
         platform.trace.search(part)
         for platform in PLATFORMS.values()
         for part in (file, *(folders if platform.folders else ()))
     )
+
+
+def is_unpacked(folder: str) -> bool:
+    """Return True if a folder has the name that a platform gives to a student's file, and to no folder."""
+    if any(platform.mark.search(folder) for platform in PLATFORMS.values() if platform.folders):
+        return False
+    return any(platform.download.fullmatch(folder) for platform in PLATFORMS.values() if not platform.folders)
 
 
 def marks_late(platform: str) -> bool:

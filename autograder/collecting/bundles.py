@@ -31,7 +31,7 @@ from autograder.collecting.archives import (
     stem,
 )
 from autograder.errors import RefusedFile, UnknownTime, UsageError
-from autograder.platforms import Origin, is_traced, origin
+from autograder.platforms import Origin, is_traced, is_unpacked, origin
 from autograder.results.text import counted
 from autograder.submissions import exercises, notebook, reading
 from course.errors import BadArchive
@@ -44,6 +44,10 @@ MOST_OTHER = 20  # files of a folder that are listed one by one as not handed in
 CLOSED = "its owner has closed it, and must open or remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
 NOBODYS = "a platform has named it, but the name does not identify one student: their name there may be unusual"
+UNPACKED = (
+    "a folder with a name that Canvas gives to a student's file: the names of the files in it are of the student's own "
+    "choice. Pack it as .zip, under the same name, or rename it if it is not an upload"
+)
 OTHER_ARCHIVES = {".gz", ".tar", ".bz2", ".xz", ".zst", ".rar", ".7z"}
 UNREADABLE: dict[str, Any] = {"files": None}  # in place of a receipt's content
 
@@ -132,6 +136,8 @@ def _below(
             yield from _archive(path, where, unplaced, around, folder.name)
         elif _named_by_platform(path):
             continue
+        elif path.is_dir() and is_unpacked(path.name):
+            unplaced.append(f"{shortened(where)}: {UNPACKED}")
         elif is_traced(_as_file(path)):
             unplaced.append(f"{shortened(where)}: {NOBODYS}")
         elif path.is_dir() and len(path.relative_to(source).parts) > DEEPEST:

@@ -339,6 +339,45 @@ def test_a_receipt_makes_no_archive_in_a_bulk_download_that_of_another_student(t
         assert laid_out(tmp_path / "again") == laid_out(tmp_path / "out") and len(again.unplaced) == 1
 
 
+@pytest.mark.parametrize(
+    "inside",
+    [
+        "roejim_12_99902_x.zip",
+        "deep/roejim_12_99902_x.zip",
+        "roejim_12_99902_relay.py",
+        "bulk.zip",
+        "jim/services/relay.py",
+    ],
+)
+@pytest.mark.parametrize("packed", [False, True], ids=["unpacked", "in the download"])
+def test_what_was_unpacked_from_an_upload_to_canvas_replaces_nobodys_hand_in(tmp_path, inside, packed):
+    """An instructor has unpacked ada's .7z, in which files have names that Canvas would give to jim's."""
+    roster = tmp_path / "roster.csv"
+    roster.write_text("student,number\nada,11\njim,12\n")
+    forged = handed_in(tmp_path / "forged", "jim", LATER, {**FILES, "relay.py": b"forged"}).read_bytes()
+    if inside == "bulk.zip":
+        forged = archive(
+            tmp_path / "forged/all.zip", {"roejim_12_99902_x.zip": forged, "y_3_4_z.zip": b""}
+        ).read_bytes()
+    elif not inside.endswith(".zip"):
+        forged = b"forged"
+    files = {
+        "roejim_12_902_jim-services.zip": handed_in(tmp_path / "his", "jim").read_bytes(),
+        f"lovelaceada_11_901_sub/{inside}": forged,
+    }
+    download = archive(tmp_path / "submissions.zip", files)
+    if not packed:
+        with zipfile.ZipFile(download) as whole:
+            whole.extractall(tmp_path / "unpacked")
+        download = tmp_path / "unpacked"
+    result = collect([download], tmp_path / "out", read_rosters([roster]))
+    assert laid_out(tmp_path / "out")["jim/services/relay.py"] == FILES["relay.py"]
+    assert counted(tmp_path / "out") == {"jim/services"} and not result.kept
+    (said,) = result.unplaced
+    assert said.partition(":")[0].endswith("lovelaceada_11_901_sub" if not packed else PurePosixPath(inside).name)
+    assert packed or "Pack it as .zip, under the same name" in said
+
+
 def test_a_name_with_an_underscore_is_one(tmp_path):
     assert origin(PurePosixPath("mal_lory_205_9002_x.zip")).names == ("205", "mal_lory")
 
