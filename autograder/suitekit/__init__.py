@@ -25,6 +25,7 @@ from autograder.suitekit.runs import (
     plain_lines,
 )
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, Heard, Listener, Rate, speaker
+from course.foundation.waiting import wait_until
 
 __all__ = [
     "ANSWER",
@@ -67,5 +68,6 @@ __all__ = [
     "sought_actions",
     "speaker",
     "twice",
+    "wait_until",
     "when_changed",
 ]
