@@ -39,7 +39,7 @@ const LONGEST = 26; // characters of a name in the picture
 const SMALLEST = 0.75; // of its full size, in which a picture can be read
 
 /** The id of the graph as a tab in JupyterLab's layout. */
-export const GRAPH_VIEW = 'ros2-course-graph-tab';
+const GRAPH_VIEW = 'ros2-course-graph-tab';
 
 export class GraphPanel extends SidePanel {
   /** A panel at the side, where a button opens a tab by `asTab`, or such a tab. */

@@ -22,7 +22,7 @@ const LEVELS: [string, string][] = [
 ];
 
 /** A node whose lines may come. */
-export interface Source {
+interface Source {
   name: string;
   state: string;
   key: string; // its file, or ''

@@ -20,7 +20,7 @@ const ARROWS: { [key: string]: Way } = {
 const AGAIN = 100; // ms between two commands; the kernel stops the robot 800 ms after the last one, or when the page is gone
 const TURN = 2.5; // rad/s for each m/s
 const PULSE = 500; // ms of driving for a click without a press, as from a screen reader
-export const SPEED = { least: 0.1, usual: 0.3, most: 0.5 }; // m/s
+const SPEED = { least: 0.1, usual: 0.3, most: 0.5 }; // m/s
 
 /** The driver: the keys and buttons held down, sent to the kernel repeatedly. */
 export class Driver {

@@ -4,7 +4,7 @@ import * as React from 'react';
 
 import { Link } from './link';
 
-export interface Knob {
+interface Knob {
   name: string;
   kind: 'bool' | 'integer' | 'double' | 'string';
   value: any; // null for a number that is not finite

@@ -4,7 +4,7 @@ import { Place, Pose, RobotState, Scan } from './robot_state';
 import { wholeNumbers } from './ticks';
 
 export const RADIUS = 0.18; // m, of the robot
-export const OBSTACLE = 0.15; // m, radius of a dropped obstacle
+const OBSTACLE = 0.15; // m, radius of a dropped obstacle
 const MARGIN = { left: 34, right: 12, top: 12, bottom: 26 }; // px, with room for the numbers at the axes
 const SMALLEST = 8; // px, least radius of the robot, so that it is visible
 const NOSE = { angle: 0.6, length: 1.75 }; // rad to each side of ahead, and times the robot's radius
@@ -37,7 +37,7 @@ export interface Ghost {
   at: [number, number]; // m
 }
 
-export interface Colours {
+interface Colours {
   [name: string]: string;
 }
 
