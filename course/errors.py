@@ -8,8 +8,14 @@ CourseError                 an error that the reader can correct; a notebook sho
     InterfaceError          a .msg, .srv or .action file that ROS 2 cannot build
     ToolChainError          ROS 2's generators or the compiler are missing, or have failed
     RosError                a `ros2` command lacks something: a type, a package, an answer
-    WorldError              an invalid room, place, scanner or drive
+        NotInstalled        no installed package has that interface, or there is no such package
+        WrongKind           a type of another kind: a message in the place of a service
+    WorldError              an invalid room, place, scanner, scan or drive
         NoDriver            nobody drives the robot
+    FigureError             a figure cannot draw what it was given, or cannot be saved
+    RecorderError           a recorder cannot record or show what it was asked for
+    ArgumentError           a call with a missing, superfluous or unusable argument
+    CheckError              a check of `course doctor` has failed
     UnreadableNotebook      a file that is not a notebook
     BadArchive              a file that is not a zip archive, or an archive that must not be unpacked
     WorkspaceError          an exercise that cannot be laid out as ROS 2 packages
@@ -59,12 +65,36 @@ class RosError(CourseError):
     """A name, a type or an answer that a `ros2` command needs is not there; it prints the message and returns 1."""
 
 
+class NotInstalled(RosError):
+    """No installed package has the interface, or there is no such package."""
+
+
+class WrongKind(RosError, ValueError):
+    """The type exists, but is of another kind (message, service or action) than expected."""
+
+
 class WorldError(CourseError, ValueError):
-    """An invalid room, place, scanner or drive; the message says what to choose."""
+    """An invalid room, place, scanner, scan or drive; the message says what to choose."""
 
 
 class NoDriver(WorldError, TimeoutError):
     """No node that drives the robot has appeared in time."""
+
+
+class FigureError(CourseError):
+    """A figure cannot draw what it was given, or cannot be saved; the message says what to give it."""
+
+
+class RecorderError(CourseError):
+    """A recorder cannot record or show what it was asked for; the message says what to write."""
+
+
+class ArgumentError(CourseError):
+    """A function was called with a missing, superfluous or unusable argument; the message says what it takes."""
+
+
+class CheckError(CourseError):
+    """A check of `course doctor` has failed; the message says what was found."""
 
 
 class UnreadableNotebook(CourseError, ValueError):

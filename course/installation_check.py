@@ -13,6 +13,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from course.errors import CheckError
+
 INSTALL = "run environment/install"
 
 
@@ -30,7 +32,7 @@ def interpreter() -> str:
     """Return the version of this Python."""
     version = ".".join(map(str, sys.version_info[:3]))
     if not (3, 11) <= sys.version_info[:2] <= (3, 13):
-        raise RuntimeError(f"Python {version}")
+        raise CheckError(f"Python {version}")
     return f"Python {version} in {sys.prefix}"
 
 
@@ -56,7 +58,7 @@ def interfaces() -> str:
     from example_interfaces.srv import AddTwoInts
 
     if Fibonacci.Feedback().get_fields_and_field_types() != {"partial_sequence": "sequence<int32>"}:
-        raise RuntimeError("course_interfaces/action/Fibonacci is not the one of this course")
+        raise CheckError("course_interfaces/action/Fibonacci is not the one of this course")
     return f"{AddTwoInts.__module__.split('.')[0]}, {Fibonacci.__module__.split('.')[0]}"
 
 
@@ -92,7 +94,7 @@ def round_trip() -> str:
     finally:
         session.close()
     if total != 5:
-        raise RuntimeError(f"2 + 3 gave {total}")
+        raise CheckError(f"2 + 3 gave {total}")
     return f"2 + 3 = {total} over ROS domain {session.domain_id}"
 
 
@@ -107,7 +109,7 @@ def kernel() -> str:
         client.stop_channels()
         manager.shutdown_kernel(now=True)
     if reply["content"]["status"] != "ok":
-        raise RuntimeError(f"{reply['content']['ename']}: {reply['content']['evalue']}")
+        raise CheckError(f"{reply['content']['ename']}: {reply['content']['evalue']}")
     return "a kernel started, and a live session worked in it"
 
 
@@ -115,7 +117,7 @@ def bubblewrap() -> str:
     """Return the version of bubblewrap."""
     program = shutil.which("bwrap")
     if not program:
-        raise RuntimeError("bwrap is not installed")
+        raise CheckError("bwrap is not installed")
     return subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.strip()
 
 
@@ -128,7 +130,7 @@ def namespaces() -> str:
     )
     done = subprocess.run([*command, "sh", "-c", inner], capture_output=True, text=True, timeout=20)
     if done.returncode:
-        raise RuntimeError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "refused")
+        raise CheckError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else "refused")
     return "network, user, process and IPC namespaces"
 
 

@@ -23,7 +23,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
 
-from course.errors import CourseError, NodeFailed
+from course.errors import NodeFailed, RecorderError
 from course.foundation.calls import fitting, is_whole, takes
 from course.foundation.waiting import Lasting, ask_lookouts, tellers, time_limit, wait_until
 from course.ros.rclpy_internals import (
@@ -65,7 +65,7 @@ class Recorder:
 
     def __init__(self, *columns: str) -> None:
         if not all(isinstance(column, str) for column in columns):
-            raise CourseError("a recorder takes the names of its columns, such as `Recorder('angle', 'effort')`")
+            raise RecorderError("a recorder takes the names of its columns, such as `Recorder('angle', 'effort')`")
         self.columns = ("time", *columns)
         self.start = time.monotonic()  # s
         self._rows: list[tuple[Any, ...]] = []
@@ -74,12 +74,12 @@ class Recorder:
     def add(self, *nameless: object, **values: object) -> None:
         """Add a row; a column that is not given holds None.
 
-        Raises TypeError for an unknown column, and CourseError for a value without the name of its column.
+        Raises TypeError for an unknown column, and RecorderError for a value without the name of its column.
         """
         if nameless:
             columns = [column for column in self.columns[1:] if column not in values] or ["column"]
             named = [f"{column}={value!r:.40}" for column, value in zip(columns, nameless, strict=False)]
-            raise CourseError(f"each value has the name of its column: write `add({', '.join(named)})`")
+            raise RecorderError(f"each value has the name of its column: write `add({', '.join(named)})`")
         if unknown := set(values) - set(self.columns):
             raise TypeError(f"no column {', '.join(sorted(unknown))}: the columns are {', '.join(self.columns)}")
         with self._lock:
@@ -96,15 +96,15 @@ class Recorder:
         return len(self._rows)
 
     def __getitem__(self, column: object) -> NoReturn:
-        """Raise CourseError: the columns are in the table."""
+        """Raise RecorderError: the columns are in the table."""
         name = column if column in self.columns else self.columns[-1]
-        raise CourseError(f"the columns of a recorder are in its table: write `.table()[{name!r}]`")
+        raise RecorderError(f"the columns of a recorder are in its table: write `.table()[{name!r}]`")
 
     @fitting
     def wait_for(self, wanted: int | Callable[[Table], bool], timeout: float = 5.0) -> bool:
         """Wait until there are `wanted` rows, or until `wanted(table)` holds; False after `timeout` s.
 
-        Raises CourseError if `wanted` is neither.
+        Raises RecorderError if `wanted` is neither.
         """
         _expect_wanted(wanted)
 
@@ -115,41 +115,43 @@ class Recorder:
 
 
 def _expect_wanted(wanted: object) -> None:
-    """Raise CourseError for what a recorder cannot wait for."""
+    """Raise RecorderError for what a recorder cannot wait for."""
     if not (is_whole(wanted) or takes(wanted, {})):
-        raise CourseError(
+        raise RecorderError(
             "`wait_for` waits for a number of rows, as in `wait_for(3)`, or until a function of the table is true, as "
             f"in `wait_for(lambda table: 7 in table['angle'])`, not for {wanted!r:.40}"
         )
 
 
 def _expect_node(node: object, recorder: str) -> None:
-    """Raise CourseError for anything but a node."""
+    """Raise RecorderError for anything but a node."""
     if not isinstance(node, Node):
-        raise CourseError(
+        raise RecorderError(
             f"{recorder} takes a node, such as `ros.node`, or `ros.start(TheNode).node`, not {node!r:.40}"
         )
     try:
         node.get_name()
     except InvalidHandle:
-        raise CourseError(
+        raise RecorderError(
             f"this node has been ended: give {recorder} a node that runs, such as `ros.start(TheNode).node`"
         ) from None
 
 
 def _expect_client(client: ActionClient) -> None:
-    """Raise CourseError for an action client that cannot be used any more."""
+    """Raise RecorderError for an action client that cannot be used any more."""
     try:
         client.server_is_ready()
     except (InvalidHandle, RCLError):
-        raise CourseError("this action client has been destroyed, or its node has been ended: make a new one") from None
+        raise RecorderError(
+            "this action client has been destroyed, or its node has been ended: make a new one"
+        ) from None
 
 
 class TopicRecorder(Recorder):
     """The messages of a topic.
 
     `fields` maps each column to a path in the message, `{"x": "pose.pose.position.x"}`, or to a function of the
-    message.  Raises CourseError for arguments of another kind, and for a path that the message does not have.
+    message.  Raises RecorderError for arguments of another kind, and for a path that the message does not have.
     """
 
     @fitting
@@ -158,12 +160,12 @@ class TopicRecorder(Recorder):
     ) -> None:
         _expect_node(node, "TopicRecorder")
         if not (hasattr(msg_type, "get_fields_and_field_types") and isinstance(topic, str)):
-            raise CourseError(
+            raise RecorderError(
                 "TopicRecorder takes the type of a message, and then the name of a topic, as in "
                 f"`TopicRecorder(ros.node, Twist, 'cmd_vel', ...)`, not {msg_type!r:.40} and {topic!r:.40}"
             )
         if not isinstance(fields, Mapping):
-            raise CourseError(
+            raise RecorderError(
                 "the fields are a dict of columns and what each holds of a message, such as {'linear': 'linear.x'}, "
                 f"not {fields!r:.40}"
             )
@@ -181,12 +183,12 @@ class TopicRecorder(Recorder):
 
 
 def _field(msg_type: type, field: object) -> Callable[[Any], object]:
-    """Return the function that reads a field of a message; raises CourseError if the message does not have it."""
+    """Return the function that reads a field of a message; raises RecorderError if the message does not have it."""
     name = msg_type.__name__
     if callable(field) and takes(field, None):
         return field
     if not isinstance(field, str):
-        raise CourseError(
+        raise RecorderError(
             f"a column holds a field of {name} by its name, or what a function of the message returns, such as "
             f"`lambda message: ...`, not {field!r:.40}"
         )
@@ -195,7 +197,7 @@ def _field(msg_type: type, field: object) -> Callable[[Any], object]:
         if word not in getattr(value, "get_fields_and_field_types", dict)():
             has: Mapping[str, str] = getattr(type(value), "get_fields_and_field_types", dict)()
             told = f"{type(value).__name__} has {', '.join(has)}" if has else "a function can: `lambda message: ...`"
-            raise CourseError(f"{name} has no field {field!r}: {told}")
+            raise RecorderError(f"{name} has no field {field!r}: {told}")
         value = getattr(value, word)
     return attrgetter(field)
 
@@ -214,7 +216,7 @@ class GoalRecorder(Recorder):
     def __init__(self, client: ActionClient) -> None:
         super().__init__("event", "sequence", "message")
         if not isinstance(client, ActionClient):
-            raise CourseError(
+            raise RecorderError(
                 "GoalRecorder takes an action client, such as `ActionClient(ros.node, TheType, 'name')`, not "
                 f"{client!r:.40}"
             )
@@ -225,18 +227,18 @@ class GoalRecorder(Recorder):
         self._handle: ClientGoalHandle | None = None
 
     def send(self, goal: object = None, *more: object, **fields: object) -> Self:
-        """Send the goal, and record its events; raises CourseError for anything but a goal of the client's action."""
+        """Send the goal, and record its events; raises RecorderError for anything but a goal of the client's action."""
         kind: Any = action_type(self._client)
         if fields:
             given = ", ".join(f"{name}={value!r:.40}" for name, value in fields.items())
-            raise CourseError(f"`send` takes a goal: write `send({kind.__name__}.Goal({given}))`")
+            raise RecorderError(f"`send` takes a goal: write `send({kind.__name__}.Goal({given}))`")
         if more or not isinstance(goal, kind.Goal):
-            raise CourseError(
+            raise RecorderError(
                 f"`send` takes a goal with its values by name, `{kind.__name__}.Goal(...)`, not "
                 f"{', '.join(f'{each!r:.40}' for each in (goal, *more))}"
             )
         if self._sent:
-            raise CourseError(
+            raise RecorderError(
                 "this recorder has a goal: make a new one for each goal, `GoalRecorder(client).send(goal)`"
             )
         _expect_client(self._client)
@@ -249,13 +251,13 @@ class GoalRecorder(Recorder):
     def cancel(self) -> Future:
         """Ask the server to cancel the goal, and return the future of its answer.
 
-        Raises CourseError before a goal is sent, before it has an answer, and when it was rejected.
+        Raises RecorderError before a goal is sent, before it has an answer, and when it was rejected.
         """
         self._expect_goal()
         if self._handle is None:
-            raise CourseError("the goal has not been accepted yet: wait for that before you cancel it")
+            raise RecorderError("the goal has not been accepted yet: wait for that before you cancel it")
         if not self._handle.accepted:
-            raise CourseError("the goal was rejected: there is nothing to cancel")
+            raise RecorderError("the goal was rejected: there is nothing to cancel")
         self.add(event="cancel")
         answer = self._handle.cancel_goal_async()
         answer.add_done_callback(self._on_cancel)
@@ -263,7 +265,7 @@ class GoalRecorder(Recorder):
 
     def _expect_goal(self) -> None:
         if not self._sent:
-            raise CourseError("no goal was sent: `GoalRecorder(client).send(goal)` sends one")
+            raise RecorderError("no goal was sent: `GoalRecorder(client).send(goal)` sends one")
 
     def _on_cancel(self, future: Future) -> None:
         answer = future.result()
@@ -338,14 +340,14 @@ class GoalRecorder(Recorder):
 
     @fitting
     def count(self, event: str) -> int:
-        """Return how often `event` has occurred; raises CourseError if there is no such event."""
+        """Return how often `event` has occurred; raises RecorderError if there is no such event."""
         return self._events(event).count(event)
 
     def _events(self, event: object) -> list[str]:
-        """Return all events so far; raises CourseError unless `event` is one that there may be."""
+        """Return all events so far; raises RecorderError unless `event` is one that there may be."""
         events = self.table()["event"]
         if event not in self.EVENTS and event not in events:
-            raise CourseError(f"a goal has no event {event!r:.40}: its events are {', '.join(self.EVENTS)}")
+            raise RecorderError(f"a goal has no event {event!r:.40}: its events are {', '.join(self.EVENTS)}")
         return events
 
     @fitting
@@ -355,7 +357,7 @@ class GoalRecorder(Recorder):
         The reader is told of the latter, and of a wait of `NO_LOOK` s or more that was in vain.
         """
         if not is_whole(count):
-            raise CourseError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
+            raise RecorderError(f"`wait_feedback` takes a number of feedback messages, not {count!r:.40}")
         self._expect_goal()
         ends = {*self.END}
 
@@ -404,7 +406,7 @@ class GoalRecorder(Recorder):
     def time_of(self, event: str) -> float | None:
         """Return when `event` was first seen (s since the recorder was made), or None if it was not.
 
-        Raises CourseError if there is no such event.
+        Raises RecorderError if there is no such event.
         """
         events, times = self._events(event), self.table()["time"]
         return times[events.index(event)] if event in events else None
@@ -455,7 +457,7 @@ class DecisionRecorder(Recorder):
     @fitting
     def __init__(self, controller: Observable) -> None:
         if not hasattr(controller, "observers"):
-            raise CourseError(
+            raise RecorderError(
                 "DecisionRecorder takes the controller itself, such as `ros.start(AIRobotController).node`, not "
                 f"{controller!r:.40}"
             )
@@ -490,12 +492,12 @@ class ParameterRecorder(Recorder):
     def range(self, name: str) -> tuple[float, ...]:
         """The lowest and the highest value that the descriptor of `name` allows; () when it sets no limits.
 
-        Raises CourseError if the node has no such parameter.
+        Raises RecorderError if the node has no such parameter.
         """
         try:
             descriptor = self._node.describe_parameter(name)
         except (KeyError, ParameterNotDeclaredException):
-            raise CourseError(f"the node has no parameter {name!r:.40}") from None
+            raise RecorderError(f"the node has no parameter {name!r:.40}") from None
         for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
             return limits.from_value, limits.to_value
         return ()

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from matplotlib.lines import Line2D
 
-from course.errors import CourseError
+from course.errors import FigureError
 from course.figures.misuse import expect_recorder
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, GROUND, legend, plain, style
 from course.figures.picture import Picture, redrawing
@@ -38,7 +38,7 @@ LABELLED = 12  # the newest points of a feedback figure
 def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one element more") -> Picture:
     """Draw the last element of the sequence at the time of each feedback message.
 
-    Raises CourseError for anything but a recorder of a goal, and if the feedback has no sequence.
+    Raises FigureError for anything but a recorder of a goal, and if the feedback has no sequence.
     """
     expect_recorder(goal, "feedback", "event", "sequence")
     table = goal.table()
@@ -48,7 +48,7 @@ def feedback(goal: GoalRecorder, title: str = "Each feedback message brings one 
         if event == "feedback" and sequence
     ]
     if "feedback" in table["event"] and all(sequence is None for sequence in table["sequence"]):
-        raise CourseError("`feedback` draws the last element of a list, and the feedback of this goal has no list")
+        raise FigureError("`feedback` draws the last element of a list, and the feedback of this goal has no list")
     picture = Picture("feedback of a goal")
     axes = style(picture.figure.add_subplot(), title, "Time since the recorder started (s)", "Newest element")
     times, values = [time for time, _ in rows], [sequence[-1] for _, sequence in rows]
@@ -77,25 +77,25 @@ def timeline(
 
     A recorder's events are those of a GoalRecorder, or `request` and `response` for a service call, each at the time at
     which the client sent or received it.  Each line begins when its goal was sent; with `together` all have a common
-    time axis, which begins with the first goal.  Raises CourseError for anything but recorders of events, and for more
+    time axis, which begins with the first goal.  Raises FigureError for anything but recorders of events, and for more
     or fewer `labels` than these.
     """
     if len(goals) == 1 and isinstance(goals[0], list | tuple):
-        raise CourseError(
+        raise FigureError(
             "`timeline` draws one recorder after the other: write a star before a list, `timeline(*goals)`"
         )
     if not goals:
-        raise CourseError("`timeline` draws recorders, one after the other, such as `timeline(goal)`")
+        raise FigureError("`timeline` draws recorders, one after the other, such as `timeline(goal)`")
     for goal in goals:
         expect_recorder(goal, "timeline", "event")
         if unknown := {str(event) for event in goal.table()["event"]} - {*EVENTS}:
-            raise CourseError(
+            raise FigureError(
                 f"`timeline` has no mark for the event {', '.join(sorted(map(repr, unknown)))}: its events are "
                 f"{', '.join(EVENTS)}"
             )
     if isinstance(labels, str) or (labels and len(labels) != len(goals)):
         one = len(goals) == 1
-        raise CourseError(
+        raise FigureError(
             f"`timeline` needs {len(goals)} label{'' if one else 's'} here, such as "
             f"labels=({', '.join(repr(f'goal {number + 1}') for number in range(len(goals)))}{',' if one else ''}), "
             f"not {labels!r:.60}"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 
-from course.errors import CourseError
+from course.errors import FigureError
 
 # After Okabe and Ito, Color Universal Design, 2008.  Orange, sky blue, vermillion and purple are darker than theirs: a
 # dark theme turns the lightness of each colour round, and each has at least 3:1 on both grounds.
@@ -46,9 +46,9 @@ plain = matplotlib.style.context("default")
 
 
 def in_lines(title: object) -> str:
-    """Return the title in lines that fit into a figure; raises CourseError unless it is text."""
+    """Return the title in lines that fit into a figure; raises FigureError unless it is text."""
     if not isinstance(title, str):
-        raise CourseError(f"the title of a figure is text, `title='...'`, not {title!r:.40}")
+        raise FigureError(f"the title of a figure is text, `title='...'`, not {title!r:.40}")
     return textwrap.fill(title, LINE)
 
 

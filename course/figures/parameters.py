@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.transforms import blended_transform_factory
 
-from course.errors import CourseError
+from course.errors import FigureError
 from course.figures.misuse import expect_recorder, numbers
 from course.figures.palette import BLACK, BLUE, GREEN, GREY, LINE, ORANGE, VERMILLION, legend, plain, style
 from course.figures.picture import Picture
@@ -44,13 +44,13 @@ def changes(
     of the axis, or with `beside` to the last of its rows.  The axis covers the accepted values, the declared range
     (dashed lines) and the refused values near these; one far away is an arrow at the edge.  Refusals are numbered, and
     their values and reasons are listed below the axis.  The columns of `beside`, in the same `unit`, are drawn as well.
-    Raises CourseError for anything but recorders, and for a parameter that was not recorded or is no number.
+    Raises FigureError for anything but recorders, and for a parameter that was not recorded or is no number.
     """
     if isinstance(record, str) and isinstance(name, Recorder):
-        raise CourseError(f"first the recorder, then the name: write `changes(sets, {record!r})`")
+        raise FigureError(f"first the recorder, then the name: write `changes(sets, {record!r})`")
     expect_recorder(record, "changes", "name", "value", "accepted", "reason")
     if not isinstance(name, str):
-        raise CourseError(
+        raise FigureError(
             f"`changes` takes the name of a parameter, such as `changes(sets, 'max_speed')`, not {name!r:.40}"
         )
     if beside is not None:
@@ -63,9 +63,9 @@ def changes(
         if parameter == name
     ]
     if not rows and table["name"]:
-        raise CourseError(f"this record has no parameter {name!r}: it has {', '.join(sorted({*table['name']}))}")
+        raise FigureError(f"this record has no parameter {name!r}: it has {', '.join(sorted({*table['name']}))}")
     if strange := [value for _, value, ok, _ in rows if ok and not isinstance(value, int | float)]:
-        raise CourseError(f"`changes` draws numbers, and {name!r} has the value {strange[0]!r:.40}")
+        raise FigureError(f"`changes` draws numbers, and {name!r} has the value {strange[0]!r:.40}")
     at_start = name in table["name"][: record.at_start] if isinstance(record, ParameterRecorder) else False
     accepted = [(time, value) for time, value, ok, _ in rows if ok]
     sets = accepted[at_start:]
@@ -130,11 +130,11 @@ def response(track: Recorder, title: str = "", limits: Sequence[float] = ()) -> 
     """Draw `angle` and `target` (rad) and `effort` (N m) of an arm over time, with a line at each `note`.
 
     The `limits` (N m) of the effort are dashed lines.  The default `title` says how far the arm is off its target
-    before each note, and in the last row.  Raises CourseError for anything but a recorder of an arm.
+    before each note, and in the last row.  Raises FigureError for anything but a recorder of an arm.
     """
     expect_recorder(track, "response", "angle", "target", "effort", "note")
     if not isinstance(limits, list | tuple) or not all(map(is_number, limits)):
-        raise CourseError(
+        raise FigureError(
             f"`response` takes limits of the effort (N m), such as limits=(-10.0, 10.0), not {limits!r:.40}"
         )
     table = track.table()
@@ -142,7 +142,7 @@ def response(track: Recorder, title: str = "", limits: Sequence[float] = ()) -> 
     moves = [row for row in rows if row[1] is not None]
     times = [row[0] for row in moves]
     notes = [(time, note) for time, note in zip(table["time"], table["note"], strict=True) if note is not None]
-    title = title or _off(moves, notes)
+    title = title or _offsets(moves, notes)
     picture = Picture("response of an arm", 4.4)
     upper, lower = picture.figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
     style(upper, title, "", "Angle (rad)")
@@ -208,7 +208,7 @@ def _list(axes: Axes, lines: list[str]) -> None:
     )
 
 
-def _off(moves: Sequence[tuple[float, ...]], notes: Sequence[tuple[float, str]]) -> str:
+def _offsets(moves: Sequence[tuple[float, ...]], notes: Sequence[tuple[float, str]]) -> str:
     """Return how far an arm is off its target before each of `notes`, times (s) and texts, and in the last row."""
     told = []
     now = [(moves[-1][0], f"at {moves[-1][0]:.1f} s")] if moves else []

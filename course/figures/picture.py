@@ -11,7 +11,7 @@ from IPython.display import DisplayHandle, display
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from course.errors import CourseError
+from course.errors import FigureError
 from course.figures.misuse import expect_recorder, positive
 from course.figures.palette import GROUND, plain
 from course.foundation.calls import fitting, takes
@@ -53,11 +53,11 @@ class Picture:
     @plain
     @fitting
     def save(self, path: str | Path) -> None:
-        """Write the figure to a file, in the format that the file's ending names; raises CourseError if that fails."""
+        """Write the figure to a file, in the format that the file's ending names; raises FigureError if that fails."""
         try:
             self.figure.savefig(path, dpi=150)
         except (OSError, TypeError, ValueError) as error:
-            raise CourseError(f"the figure cannot be saved as {path!r:.60}: {error}") from error
+            raise FigureError(f"the figure cannot be saved as {path!r:.60}: {error}") from error
 
 
 class Live:
@@ -82,12 +82,12 @@ class Live:
     def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> bool:
         """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s, which is told.
 
-        Raises CourseError outside of a `with` block, and for a condition that is no function.
+        Raises FigureError outside of a `with` block, and for a condition that is no function.
         """
         if not self._begun:
-            raise CourseError("nothing is shown yet: write `with live(figure, recorder) as shown:`, and wait below it")
+            raise FigureError("nothing is shown yet: write `with live(figure, recorder) as shown:`, and wait below it")
         if not takes(condition):
-            raise CourseError(
+            raise FigureError(
                 "`wait` takes a function without arguments that it can call again and again, not "
                 f"{condition!r:.40}: write `lambda:` before the condition"
             )
@@ -129,16 +129,16 @@ class Live:
 def live(figure: Callable[[Recorder], object], recorder: Recorder, rate: float = 8.0) -> Live:
     """Show `figure(recorder)`, and keep it up to date: `with live(feedback, recorder) as shown: shown.wait(...)`.
 
-    Raises CourseError for anything but a function and a recorder, and when the function returns no figure.
+    Raises FigureError for anything but a function and a recorder, and when the function returns no figure.
     """
     if isinstance(figure, Recorder):
-        raise CourseError("first the function that draws, then the recorder: write `live(feedback, recorder)`")
+        raise FigureError("first the function that draws, then the recorder: write `live(feedback, recorder)`")
     if callable(figure) and not takes(figure, recorder):
-        raise CourseError(
+        raise FigureError(
             "`live` gives the recorder to the function that draws: it takes one argument, as in `lambda record: ...`"
         )
     if not callable(figure):
-        raise CourseError(
+        raise FigureError(
             f"`live` calls the function that draws again and again, and this is {figure!r:.40}: write the function's "
             "name without brackets, or `lambda record:` before the call"
         )
@@ -151,7 +151,7 @@ def live(figure: Callable[[Recorder], object], recorder: Recorder, rate: float =
         finally:
             redrawing.pop()
         if not isinstance(drawn, Picture | Figure):
-            raise CourseError(
+            raise FigureError(
                 f"the function that `live` calls returns {drawn!r:.40}: it must return the figure that it makes"
             )
         return drawn

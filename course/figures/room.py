@@ -96,7 +96,7 @@ def drive(simulation: Any, decisions: DecisionRecorder | None = None, title: str
     mark on the path shows where it turned on the spot, or stood; a cross, where it touched something.  Each state has a
     line and a mark of its own, which can be told apart without the colours.  Decisions are placed on the path by their
     scans' stamps (s): in simulated time, or by the wall clock, with the newest at the path's end.  The default `title`
-    says how far the robot came, and when it touched something.  Raises CourseError for anything else in their places.
+    says how far the robot came, and when it touched something.  Raises FigureError for anything else in their places.
     """
     expect_simulation(simulation)
     if decisions is not None:
@@ -278,7 +278,7 @@ def distances(
 ) -> Picture:
     """Draw a distance (m) over time for each name in `series`, one value every `period` s, and the desired distance.
 
-    Raises CourseError for anything but numbers.
+    Raises FigureError for anything but numbers.
     """
     drawable = numbers(series, "distances", finite=False)
     aim, period = positive(aim, "aim", "distances"), positive(period, "period", "distances")

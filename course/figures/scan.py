@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.projections.polar import PolarAxes
 
-from course.errors import CourseError
+from course.errors import FigureError
 from course.figures.misuse import expect_action, positive
 from course.figures.palette import BLACK, SECTORS, VERMILLION, Overlaid, in_lines, legend, plain, style
 from course.figures.picture import Picture
@@ -29,15 +29,15 @@ def sectors(
 
     The three sectors are shaded up to their nearest obstacle; `action` ({'linear': m/s, 'angular': rad/s}) is an arrow:
     forward, or bent to the side that the robot turns to.  Obstacles beyond `reach` (m) are not shown.  Raises
-    CourseError for anything else in their places.
+    FigureError for anything else in their places.
     """
     if isinstance(scan, type) or not all(hasattr(scan, name) for name in course_sectors.Scan.__annotations__):
-        raise CourseError(f"`sectors` draws a scan, a sensor_msgs/LaserScan, not {scan!r:.60}")
+        raise FigureError(f"`sectors` draws a scan, a sensor_msgs/LaserScan, not {scan!r:.60}")
     count, step = len(np.atleast_1d(scan.ranges)), abs(scan.angle_increment)
     if not scan.range_max > scan.range_min:
-        raise CourseError("this scan measures nothing: its `range_max` (m) must be above its `range_min` (m)")
+        raise FigureError("this scan measures nothing: its `range_max` (m) must be above its `range_min` (m)")
     if count > 1 and not 0.0 < step * (count - 1) <= 2.0 * np.pi + step:
-        raise CourseError(
+        raise FigureError(
             f"the {count} beams of this scan are {step:g} rad apart, its `angle_increment`: they must be spread over "
             "one turn at most, 2π rad"
         )

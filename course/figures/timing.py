@@ -22,7 +22,7 @@ def round_trips(series: Mapping[str, Sequence[float]], title: str = "How long a 
     """Round-trip times (s) of calls, in order, with a colour and a marker for each name in `series`.
 
     A marker is a call, and the line is the median of the calls around it: a call delayed by another program on the
-    machine is a marker far from the line.  The axis is logarithmic.  Raises CourseError for anything but numbers, and
+    machine is a marker far from the line.  The axis is logarithmic.  Raises FigureError for anything but numbers, and
     for more than four series.
     """
     drawable = numbers(series, "round_trips", MOST)
@@ -59,7 +59,7 @@ def latencies(
 ) -> Picture:
     """The distribution of decision latencies (s) for each name in `series`, against `limit` (s).
 
-    Raises CourseError for anything but numbers, and for more than four series.
+    Raises FigureError for anything but numbers, and for more than four series.
     """
     drawable, limit = numbers(series, "latencies", MOST), positive(limit, "limit", "latencies")
     picture = Picture("decision latencies", 3.6)

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from numbers import Integral, Real
 from typing import ParamSpec, TypeVar
 
-from course.errors import CourseError
+from course.errors import ArgumentError
 
 Given = ParamSpec("Given")
 Got = TypeVar("Got")
 
 
 def fitting(function: Callable[Given, Got]) -> Callable[Given, Got]:
-    """A decorator: a call that does not fit raises CourseError, which names the arguments that there are."""
+    """A decorator: a call that does not fit raises ArgumentError, which names the arguments that there are."""
 
     @functools.wraps(function)
     def call(*args: Given.args, **kwargs: Given.kwargs) -> Got:
@@ -28,7 +28,7 @@ def fitting(function: Callable[Given, Got]) -> Callable[Given, Got]:
             except TypeError as error:
                 name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
                 names = ", ".join(each for each in form.parameters if each != "self")
-                raise CourseError(f"`{name}`: {error}. Its arguments are: {names}") from None
+                raise ArgumentError(f"`{name}`: {error}. Its arguments are: {names}") from None
             raise
 
     return call

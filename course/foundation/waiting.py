@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from numbers import Real
 from typing import TypeVar
 
-from course.errors import CourseError
+from course.errors import ArgumentError
 
 Found = TypeVar("Found")
 POLL = 0.01  # s between two looks at a state without events, such as the ROS graph or another process
@@ -56,9 +56,9 @@ def wait_until(
 
 
 def time_limit(limit: object) -> float:
-    """Return the time limit of a wait; raises CourseError unless it is a number (of s; infinity is one)."""
+    """Return the time limit of a wait; raises ArgumentError unless it is a number (of s; infinity is one)."""
     if isinstance(limit, bool) or not isinstance(limit, Real) or math.isnan(limit):
-        raise CourseError(f"a time limit is a number of seconds, such as `timeout=5.0`, not {limit!r:.60}")
+        raise ArgumentError(f"a time limit is a number of seconds, such as `timeout=5.0`, not {limit!r:.60}")
     return float(limit)
 
 

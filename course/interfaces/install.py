@@ -15,6 +15,8 @@ from importlib.metadata import metadata
 from pathlib import Path
 from xml.sax.saxutils import escape
 
+from course.errors import ToolChainError
+
 PACKAGES = ("example_interfaces", "course_interfaces")
 HERE = Path(__file__).parent
 COURSE = "course"
@@ -51,7 +53,10 @@ def provided_elsewhere(package: str) -> bool:
 
 
 def install(package: str, prefix: Path) -> None:
-    """Build the ROS package in the folder `package` and install it below `prefix`; raises RuntimeError with the log."""
+    """Build the ROS package in the folder `package`, and install it below `prefix`.
+
+    Raises ToolChainError with the end of the log.
+    """
     tools = {
         **os.environ,
         "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]),
@@ -76,7 +81,7 @@ def install(package: str, prefix: Path) -> None:
         ):
             done = subprocess.run(command, env=tools, capture_output=True, text=True, stdin=subprocess.DEVNULL)
             if done.returncode:
-                raise RuntimeError(f"building {package} failed:\n{(done.stdout + done.stderr)[-4000:]}")
+                raise ToolChainError(f"building {package} failed:\n{(done.stdout + done.stderr)[-4000:]}")
 
 
 def register(prefix: Path) -> None:
@@ -108,7 +113,7 @@ def main() -> int:
             continue
         try:
             install(package, Path(sys.prefix))
-        except RuntimeError as error:
+        except ToolChainError as error:
             print(error, file=sys.stderr)
             return 1
         print(f"{package}: built")

@@ -208,7 +208,7 @@ def _change(nodes: list[ast.AST], number: int) -> str:
         if number < _slips(node):
             return _slip(node, number)
         number -= _slips(node)
-    raise IndexError(number)
+    raise ValueError(f"there is no slip {number}")
 
 
 def _slip(node: ast.AST, number: int) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from course.errors import CourseError
+from course.errors import WorldError
 from course.robot.sectors import wrap
 
 AHEAD = math.radians(100.0)  # rad to both sides: directions in which it may steer
@@ -25,11 +25,11 @@ class GoodDriver:
             laser_data: a dict with 'ranges', the distances (m, finite) at angles that are spread evenly over a turn,
                 the first one straight ahead, counter-clockwise.
 
-        Raises CourseError for distances that are not finite.
+        Raises WorldError for distances that are not finite.
         """
         ranges = np.asarray(laser_data["ranges"], dtype=float)
         if not ranges.size or not np.isfinite(ranges).all():
-            raise CourseError(
+            raise WorldError(
                 "the good driver needs distances that are finite: `np.clip(scan.ranges, 0.0, 3.0)` cuts those of free "
                 "beams, which are infinite"
             )

@@ -8,7 +8,7 @@ from functools import partial, reduce
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from course.errors import RosError
+from course.errors import NotInstalled, RosError, WrongKind
 
 KINDS = ("msg", "srv", "action")
 Message = Any  # an object of a generated message class; those come without types
@@ -27,10 +27,6 @@ ALL = Limits()
 
 
 # --- types ---
-
-
-class WrongKind(ValueError):
-    """The type exists, but is of another kind (message, service or action) than expected."""
 
 
 def _load(identifier: str, kind: str, parts: tuple[str, ...]) -> Any:
@@ -87,11 +83,11 @@ def interface_packages() -> list[str]:
 
 
 def interfaces_of(package: str) -> list[str]:
-    """Return the interfaces of a package as `kind/Name`, sorted; raises LookupError for an unknown package."""
+    """Return the interfaces of a package as `kind/Name`, sorted; raises NotInstalled for an unknown package."""
     from ament_index_python import get_resource, has_resource
 
     if not has_resource("packages", package):
-        raise LookupError(f"Unknown package '{package}'")
+        raise NotInstalled(f"Unknown package '{package}'")
     if not has_resource("rosidl_interfaces", package):
         return []
     names = (Path(line) for line in get_resource("rosidl_interfaces", package)[0].splitlines())
@@ -112,7 +108,7 @@ def all_types(kind: str) -> list[str]:
 def definition_path(identifier: str) -> Path:
     """Return the file that defines `package/kind/Name`.
 
-    Raises ValueError for an invalid name and LookupError for one that is not installed, with ros2cli's messages.
+    Raises ValueError for an invalid name and NotInstalled for one that is not installed, with ros2cli's messages.
     """
     words = identifier.split("/")
     if len(words) != 3:
@@ -125,13 +121,13 @@ def definition_path(identifier: str) -> Path:
 
     prefix = has_resource("packages", words[0])
     if not prefix:
-        raise LookupError(f"Unknown package '{words[0]}'")
+        raise NotInstalled(f"Unknown package '{words[0]}'")
     base = Path(prefix, "share", identifier)
     for suffix in (words[1], "idl"):
         path = base.with_name(f"{base.name}.{suffix}")
         if path.exists():
             return path
-    raise LookupError(f"Could not find the interface '{path}'")
+    raise NotInstalled(f"Could not find the interface '{path}'")
 
 
 # --- messages to text ---

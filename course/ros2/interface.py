@@ -49,16 +49,11 @@ def add_package_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def package(args: Namespace) -> str | None:
+def package(args: Namespace) -> None:
     """Print the interfaces of a package."""
-    try:
-        names = messages.interfaces_of(args.package_name)
-    except LookupError as error:
-        return str(error)
-    for name in names:
+    for name in messages.interfaces_of(args.package_name):
         if name.split("/")[0] in _kinds(args):
             print(f"{args.package_name}/{name}")
-    return None
 
 
 def add_packages_arguments(parser: ArgumentParser) -> None:
@@ -128,14 +123,10 @@ def add_show_arguments(parser: ArgumentParser) -> None:
     )
 
 
-def show(args: Namespace) -> str | None:
+def show(args: Namespace) -> None:
     """Print a definition; below each field that is a message, that message's definition, indented by tabs."""
-    try:
-        for line in definition(args.type, not args.no_comments, args.all_comments):
-            print(line)
-    except (ValueError, LookupError) as error:
-        return error.args[0]
-    return None
+    for line in definition(args.type, not args.no_comments, args.all_comments):
+        print(line)
 
 
 def definition(

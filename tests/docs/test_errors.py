@@ -13,12 +13,18 @@ TREES = {
     name for tree in (autograder.errors, course.errors) for name, kind in vars(tree).items() if isinstance(kind, type)
 }
 CALLERS = {"TypeError", "ValueError", "OSError", "PermissionError", "ProcessLookupError"}
-FRAMEWORKS = {  # which ask for them: typer, JupyterHub, traitlets, Python itself
+FRAMEWORKS = {  # which ask for them: argparse, typer, JupyterHub, traitlets, rclpy, Python itself
+    "ArgumentTypeError",
+    "AttributeError",
+    "ImportError",
+    "MemoryError",
+    "NodeNameNonExistentError",
     "Exit",
     "HTTPError",
     "TraitError",
     "SystemExit",
     "KeyboardInterrupt",
+    "Interrupted",  # a KeyboardInterrupt: `course/session/guards.py`
     "NotImplementedError",
     "AssertionError",
 }
@@ -37,10 +43,15 @@ def raised(file: Path) -> list[str]:
     return names
 
 
-PARTS = [path for path in sorted(ROOT.glob("autograder/[a-z]*")) if path.name != "hidden"]
+PARTS = [
+    path
+    for package in ("autograder", "course")
+    for path in sorted((ROOT / package).glob("[a-z]*"))
+    if path.name != "hidden" and (path.is_dir() or path.suffix == ".py")
+]
 
 
-@pytest.mark.parametrize("part", PARTS, ids=[path.name for path in PARTS])
+@pytest.mark.parametrize("part", PARTS, ids=[f"{path.parent.name}/{path.name}" for path in PARTS])
 def test_what_is_raised_is_of_the_trees_or_tells_of_a_wrong_call(part):
     files = sorted(part.rglob("*.py")) if part.is_dir() else [part]
     allowed = (TREES | CALLERS | FRAMEWORKS) - BASES

@@ -116,7 +116,7 @@ class Page:
         if method == "subscribe":
             topic = params["topic"]
             if topic not in self._panels.topics:
-                raise CourseError(f"this kernel has no topic {topic}: reload the page and restart the kernel")
+                raise LiveError(f"this kernel has no topic {topic}: reload the page and restart the kernel")
             known = self._panels.topics[topic]
             feed = await in_thread(lambda: known.open(**params.get("options") or {}))
             window = asyncio.Semaphore(AHEAD)
@@ -129,7 +129,7 @@ class Page:
                 self._subscriptions.pop(params["id"])[0].cancel()
             return None
         if method not in self._panels.methods:
-            raise CourseError(f"this kernel has no method {method}: reload the page and restart the kernel")
+            raise LiveError(f"this kernel has no method {method}: reload the page and restart the kernel")
         return await in_thread(lambda: self._panels.methods[method](**params))
 
     async def _feed(self, number: int, name: str, topic: Topic, feed: Feed, window: asyncio.Semaphore) -> None:

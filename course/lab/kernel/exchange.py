@@ -104,7 +104,7 @@ class Exchange:
         self._goal = goal
 
     def cancel(self) -> None:
-        """Cancel the goal; raises LiveError if there is none, and CourseError before the goal has an answer.
+        """Cancel the goal; raises LiveError if there is none, and RecorderError before the goal has an answer.
 
         A repeated publication is stopped.
         """

@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.task import Future
 
-from course.errors import CourseError
+from course.errors import CallTimeout, CourseError, LiveError
 from course.explaining.failure_report import FailureReport
 from course.foundation.waiting import wait_until
 from course.lab.kernel.exchange import Exchange, keep
@@ -215,23 +215,23 @@ def send_goal(live: Session, interface: Interface, name: str, goal: Any, timeout
         client = ActionClient(live.node, interface.loaded, name)
         _hold(name, lambda: destroy(client) if live.ok else None)
         if not wait_until(client.server_is_ready, timeout):
-            raise CourseError(f"no action server for {name} within {timeout:g} s: has its node been started?")
+            raise CallTimeout(f"no action server for {name} within {timeout:g} s: has its node been started?")
         sent = Goal(client, exchange, goal)
         exchange.may_be_canceled(sent)
         sent.send(goal)
         if not sent.answered.wait(timeout):
-            raise CourseError(f"{name} did not answer the goal within {timeout:g} s: is its server busy or blocked?")
+            raise CallTimeout(f"{name} did not answer the goal within {timeout:g} s: is its server busy or blocked?")
         known = _servers(live, name)
         while not sent.ended.wait(LOOK):
             if not live.ok:
-                raise CourseError("the session has ended before the goal")
+                raise LiveError("the session has ended before the goal")
             if known and not (known & _servers(live, name)) and client.server_is_ready():
-                raise CourseError(
+                raise LiveError(
                     f"the action server of {name} was started again and does not know this goal: no result will come"
                 )
             if not wait_until(lambda: client.server_is_ready() or sent.ended.is_set() or not live.ok, GONE):
                 why = raised(again=True) or ""
-                raise CourseError(f"the action server of {name} has gone: no result will come.\n{why}".strip())
+                raise LiveError(f"the action server of {name} has gone: no result will come.\n{why}".strip())
             if sent.cancel_unanswered.is_set() and not wait_until(
                 lambda: not sent.cancel_unanswered.is_set() or sent.ended.is_set(), CANCEL
             ):
