@@ -28,13 +28,13 @@ from rich.console import Console
 from course.environment import KERNEL
 from course.errors import HandInError, UnreadableNotebook
 from course.foundation import cells
+from course.foundation.times import MINUTES
 from course.foundation.untrusted import read_regular
 from course.notebook.file_differences import differences, written_by
 from course.notebook.progress import unanswered
 
 RECEIPT = "receipt.json"
 NOTED, DUE, UNTIL = "course", "due", "until"  # keys in a released notebook's metadata; times in ISO 8601
-SHOWN = "%Y-%m-%d %H:%M UTC"
 HOUR, DAY = 3600, 86_400  # s
 FORMAT = 1  # of the receipt
 DATES = "COURSE_DATES"  # set on a class's server: a file with the student's dates, by exercise
@@ -97,14 +97,14 @@ class HandIn:
         dates = self.dates
         if self.is_over(now):
             told = "It will not be collected" if known() else "Ask your instructor whether it counts"
-            return f"This is too late: hand-ins ended on {dates[UNTIL]:{SHOWN}}. {told}."
+            return f"This is too late: hand-ins ended on {dates[UNTIL]:{MINUTES} UTC}. {told}."
         if DUE not in dates:
             return ""
         if now <= dates[DUE]:
-            return f"This is in time: it is due on {dates[DUE]:{SHOWN}}. Your instructor's clock decides."
+            return f"This is in time: it is due on {dates[DUE]:{MINUTES} UTC}. Your instructor's clock decides."
         late = (now - dates[DUE]).total_seconds()
         by = f"{late / DAY:.1f} days" if late >= DAY else f"{late / HOUR:.1f} h" if late >= HOUR else "less than 1 h"
-        return f"This is late by {by}: it was due on {dates[DUE]:{SHOWN}}."
+        return f"This is late by {by}: it was due on {dates[DUE]:{MINUTES} UTC}."
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from rich.table import Column, Table
 
 from course import registry
 from course.foundation import processes
+from course.foundation.times import MINUTES
 from course.foundation.untrusted import one_line
 from course.foundation.waiting import wait_until
 
@@ -27,7 +28,7 @@ def show() -> int:
     # In a narrow terminal a path goes on in the next line: its end says which notebook it is.
     table = Table("number", "ROS domain", "since", Column("folder", overflow="fold"), "nodes")
     for record in found:
-        since = time.strftime("%Y-%m-%d %H:%M", time.localtime(record.since))
+        since = time.strftime(MINUTES, time.localtime(record.since))
         nodes = "\n".join(one_line(f"{node.name}: {node.state}") for node in record.nodes) or "none"
         table.add_row(str(record.pid), str(record.domain), since, escape(one_line(record.folder)), escape(nodes))
     Console(width=None if sys.stdout.isatty() else 160).print(table)

@@ -20,13 +20,13 @@ from autograder.errors import UsageError
 from autograder.gradebook.release import names as exercises
 from autograder.submissions.times import parse_time
 from course.foundation import storage
+from course.foundation.times import MINUTES
 from course.hand_in import UNTIL
 from course.notebook.progress import in_order
 
 DATES = "assignments.json"
 OWN = "dates"  # in the exchange, beside nbgrader's own: for each student a file with the dates that are told to them
 DRAFT, DATED, OPEN, DUE, OVER = "draft", "dated", "released", "past the due date", "over"
-SHOWN = "%Y-%m-%d %H:%M UTC"
 LAST = datetime.max.replace(tzinfo=UTC)
 
 
@@ -110,7 +110,7 @@ def table(classroom: Classroom, now: datetime) -> list[Row]:
 
 def said(time: str) -> str:
     """Return a date as people read it; "" for none."""
-    return f"{datetime.fromisoformat(time):{SHOWN}}" if time else ""
+    return f"{datetime.fromisoformat(time):{MINUTES} UTC}" if time else ""
 
 
 def shown(row: Row) -> str:
@@ -144,7 +144,7 @@ def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
         except OSError:  # its owner has just moved it
             continue
         student = users.get(status.st_uid)
-        if student and stat.S_ISDIR(status.st_mode) and _came(time, status) <= ends[student].get(exercise, LAST):
+        if student and stat.S_ISDIR(status.st_mode) and _came_at(time, status) <= ends[student].get(exercise, LAST):
             found.setdefault(exercise, set()).add(student)
     return found
 
@@ -155,7 +155,7 @@ def each_entry(folder: Path) -> Iterator[os.DirEntry[str]]:
         yield from entries
 
 
-def _came(time: str, status: os.stat_result) -> datetime:
+def _came_at(time: str, status: os.stat_result) -> datetime:
     """Return when something was handed in, as collecting does: what its name says, or else its last change."""
     try:
         return parse_time(time)

@@ -101,7 +101,7 @@ class Careful(Authenticator):
         _roll_back_whatever_fails()
         # When `refresh_user` says no, the hub (6.1) asks whether a request came by a token: by a cookie, it fails.
         BaseHandler._token_authenticated = getattr(BaseHandler, "_token_authenticated", False)
-        for kind in (orm.Share, orm.ShareCode, orm.Group):  # of before
+        for kind in (orm.Share, orm.ShareCode, orm.Group):  # in the database of a class that still had them
             for each in app.db.query(kind):
                 app.db.delete(each)
         app.db.commit()

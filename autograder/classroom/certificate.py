@@ -7,6 +7,7 @@ from pathlib import Path
 from cryptography import x509
 
 from autograder.errors import UsageError
+from course.foundation.times import MINUTES
 
 SOON = timedelta(days=14)  # before a certificate expires, it should be renewed
 
@@ -45,7 +46,7 @@ def warning(certificate: str, now: datetime) -> str:
     except (OSError, ValueError):
         return f"The certificate {certificate} is not there any more, or cannot be read."
     if now < found.not_valid_before_utc:
-        return f"The certificate is not valid before {found.not_valid_before_utc:%Y-%m-%d %H:%M} UTC: browsers warn."
+        return f"The certificate is not valid before {found.not_valid_before_utc:{MINUTES}} UTC: browsers warn."
     if now >= found.not_valid_after_utc:
         return f"The certificate ended on {found.not_valid_after_utc:%Y-%m-%d}: browsers warn. Renew it."
     if now >= found.not_valid_after_utc - SOON:

@@ -16,6 +16,7 @@ from autograder.classroom.members import Member
 from autograder.classroom.plan import Classroom
 from autograder.errors import ClassroomError, UsageError
 from autograder.gradebook.extensions import ALL
+from course.foundation.times import MINUTES
 
 PAGE = "class"  # below the hub's own prefix
 LONGEST = 60.0  # s that finding the state of all exercises may take
@@ -85,7 +86,7 @@ def extend(classroom: Classroom, asked: dict[str, str]) -> list[str]:
     if bool(asked["days"]) == bool(asked["until"]):
         raise UsageError("say how much: a number of days, or a time")
     if asked["until"]:
-        return [*command, f"--until={parse_time(asked['until'] + ' UTC'):%Y-%m-%d %H:%M} UTC"]
+        return [*command, f"--until={parse_time(asked['until'] + ' UTC'):{MINUTES}} UTC"]
     try:
         days = float(asked["days"])
     except ValueError:

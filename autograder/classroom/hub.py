@@ -132,7 +132,7 @@ def _proxies(classroom: Classroom) -> Iterator[int]:
     for path in (proxy_pid(classroom), staff_proxy_pid(classroom)):
         with contextlib.suppress(OSError, ValueError):
             pid = int(path.read_text())
-            if str(proxy()).encode() in Path(f"/proc/{pid}/cmdline").read_bytes():
+            if str(proxy()) in processes.command_line(pid):
                 yield pid
 
 

@@ -18,6 +18,7 @@ from autograder.platforms import Origin, marks_late
 from autograder.submissions import exercises, reading
 from autograder.submissions.provenance import KNOWN, ON_TIME, UNKNOWN, Source
 from autograder.submissions.roster import Roster, folder_name
+from course.foundation.times import MINUTES
 from course.foundation.untrusted import shortened
 from course.hand_in import FORMAT, RECEIPT
 
@@ -68,7 +69,7 @@ class HandedIn:
         reasons = {
             f"its receipt {self.receipt}": self.receipt not in (VERIFIED, NONE),
             "the platform marks it late": self.came.late,
-            f"a wrong clock: its time, {self.ahead:%Y-%m-%d %H:%M} UTC, is in the future" if self.ahead else "": True,
+            f"a wrong clock: its time, {self.ahead:{MINUTES}} UTC, is in the future" if self.ahead else "": True,
         }
         return "; ".join([*(reason for reason, holds in reasons.items() if reason and holds), *self.notes])
 
@@ -93,11 +94,11 @@ def identify(
     if receipt:
         state = _verify(receipt, files, student, assignment, roster)
         claimed = _time(receipt.get("handed_in"))
-        odd = _odd(claimed, bundle.at)
-        if state == VERIFIED and claimed and not odd:
+        doubt = _why_not_believed(claimed, bundle.at)
+        if state == VERIFIED and claimed and not doubt:
             at, time = claimed, KNOWN
         elif state == VERIFIED:
-            notes = [*notes, odd]
+            notes = [*notes, doubt]
     elif bundle.stamped:
         time = KNOWN
     came = bundle.origin or Origin((student,), bundle.source)
@@ -264,7 +265,7 @@ def compared(handed_in: HandedIn, roster: Roster) -> HandedIn:
     return replace(handed_in, receipt=found, came=replace(came, time=time))
 
 
-def _odd(claimed: datetime | None, latest: datetime) -> str:
+def _why_not_believed(claimed: datetime | None, latest: datetime) -> str:
     """Return why a receipt's time is not believed; `latest` is that of its archive or files.  '' if it is."""
     if claimed is None:
         return "the time in its receipt cannot be read"

@@ -21,6 +21,7 @@ from traitlets import Bool
 from autograder.gradebook import ends, members
 from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
+from course.foundation.times import MINUTES
 from course.foundation.untrusted import read_regular
 
 MOST_FILES, MOST_BYTES = 200, 100 << 20  # of one submission
@@ -30,7 +31,6 @@ TIMESTAMP, SECRETS = "timestamp.txt", "submission_secret.txt"
 SECRET = re.compile(r"[\w-]{16,200}")
 CONFIGURATION = re.compile(r"(nbgrader|jupyter\w*|ipython\w*)_config\.(py|json)", re.IGNORECASE)
 SLOW = timedelta(minutes=2)  # that a hand-in may take before its time is doubted
-MINUTES = "%Y-%m-%d %H:%M"
 GROUP_FOLDER, GROUP_FILE = 0o2770, 0o660  # what the group may do in a course folder that it shares
 NO_TIME = datetime(1970, 1, 1)  # in nbgrader's form: UTC, without a time zone
 FULL = (errno.ENOSPC, errno.EDQUOT)
@@ -157,7 +157,7 @@ class RegularCollect(ExchangeCollect):
             return "its owner has closed it, and must open or remove it"
         return self._too_late(record, path)
 
-    def _over(self, student: str) -> datetime | None:
+    def _end_for(self, student: str) -> datetime | None:
         """Return the end of the exercise for a student, with their extension; None if it has no end."""
         if not self._end:
             return None
@@ -165,7 +165,7 @@ class RegularCollect(ExchangeCollect):
 
     def _too_late(self, record: dict[str, Any], path: str) -> str:
         """Return why a hand-in is too late to be collected; '' if it is not."""
-        over = self._over(record["username"])
+        over = self._end_for(record["username"])
         claimed = record["timestamp"] if record["timestamp"] != NO_TIME else _changed(path)
         if not over or claimed <= over:
             return ""
@@ -279,7 +279,7 @@ class RegularCollect(ExchangeCollect):
     def _complete(self, src: str, copy: Path, changed: datetime) -> None:
         """Add the two files without which nbgrader would stop the whole class, if a student has left them out."""
         record = self._path_to_record(src)
-        claimed, over = record["timestamp"], self._over(record["username"])
+        claimed, over = record["timestamp"], self._end_for(record["username"])
         if (small_text(copy / TIMESTAMP) or "").partition(".")[0] != f"{claimed:%Y-%m-%d %H:%M:%S}":
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
         if not SECRET.fullmatch(small_text(copy / SECRETS) or ""):

@@ -13,6 +13,7 @@ from pathlib import Path
 from autograder.errors import UsageError
 from autograder.gradebook import shared_file
 from autograder.submissions import exercises, roster
+from course.foundation.times import MINUTES
 
 FILE = "extensions.json"
 ALL = "*"  # stands for all exercises
@@ -72,7 +73,7 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
     students = list(students)
     if not all(student.strip() for student in students):
         raise UsageError("the name of a student is empty")
-    more = f"{extension:%Y-%m-%d %H:%M %Z}" if isinstance(extension, datetime) else extension
+    more = f"{extension:{MINUTES} %Z}" if isinstance(extension, datetime) else extension
     with shared_file.alone(course):
         given = read(course)
         for student in students:

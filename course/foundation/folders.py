@@ -1,4 +1,8 @@
-"""The folders of a user: the cache, and the runtime folder for files about running processes."""
+"""The folders of a user: the cache, and the runtime folder for files about running processes.
+
+platformdirs has both, but warns where `XDG_RUNTIME_DIR` is not set, as in containers, and raises an error where
+somebody else has taken its name in /tmp; here the cache takes its place.
+"""
 
 import contextlib
 import os

@@ -27,6 +27,11 @@ def birth(pid: int) -> int:
         return 0
 
 
+def command_line(pid: int) -> list[str]:
+    """Return the command line of a process, program first; raises OSError if there is no such process."""
+    return Path(f"/proc/{pid}/cmdline").read_text(errors="replace").rstrip("\0").split("\0")
+
+
 def session(pid: int) -> int:
     """Return the id of the session that a process belongs to (setsid(2)); 0 if it is gone."""
     try:

@@ -1,7 +1,7 @@
 """Every use of rclpy's private parts in this repository, but for the patches of `rclpy_patches`.
 
-Each entry names the version it was seen in.  tests/ros/test_rclpy_internals.py fails when one is no longer needed, or a
-private part used here is gone.
+Each entry names the version it was seen in: that of the wheel ros-jazzy-rclpy (7.1.6 calls itself 7.1.5).
+tests/ros/test_rclpy_internals.py fails when one is no longer needed, or a private part used here is gone.
 """
 
 from __future__ import annotations
@@ -36,8 +36,6 @@ if TYPE_CHECKING:  # `ros2 node list` uses one name of this module, and has no t
     from rclpy.task import Future
 
 __all__ = ["InvalidHandle", "NodeNameNonExistentError", "RCLError", "rclpy_implementation"]
-
-SEEN_IN = "7.1.6"  # the version of the wheel ros-jazzy-rclpy; the package calls itself 7.1.5
 
 
 def is_initialized(node: Node) -> bool:

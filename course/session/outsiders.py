@@ -51,7 +51,7 @@ class Outsider:
     def program(self) -> tuple[Path, tuple[str, ...]] | None:
         """Return the Python file that it runs (`python FILE.py ARGUMENTS`), and its arguments; None for another."""
         with contextlib.suppress(OSError):
-            python, *words = _words(self.pid)
+            python, *words = processes.command_line(self.pid)
             if Path(python).name.startswith("python") and words and words[0].endswith(".py"):
                 file = Path(f"/proc/{self.pid}/cwd").readlink() / words[0]
                 return (file, tuple(words[1:])) if file.is_file() else None
@@ -70,7 +70,7 @@ class Outsider:
         if registry.of_kernel(self.pid):
             return None
         with contextlib.suppress(OSError):
-            names = [Path(word).name.lstrip("-") for word in _words(self.pid)[:PROGRAM_WORDS]]
+            names = [Path(word).name.lstrip("-") for word in processes.command_line(self.pid)[:PROGRAM_WORDS]]
             if not any(name.startswith(JUPYTER) for name in names) and names[0] not in {*SHELLS, ""}:
                 return self.pid, born
         return None
@@ -195,15 +195,10 @@ def _has(pid: int, sockets: set[str]) -> bool:
     return False
 
 
-def _words(pid: int) -> list[str]:
-    """Return the command line of a process; raises OSError if it is gone."""
-    return Path(f"/proc/{pid}/cmdline").read_text(errors="replace").rstrip("\0").split("\0")
-
-
 def _command(pid: int) -> str:
     """Return the command line of a process, with program and file without folders."""
     try:
-        words = _words(pid)
+        words = processes.command_line(pid)
     except OSError:
         return ""
     named = " ".join([*(Path(word).name for word in words[:2]), *words[2:]])

@@ -11,6 +11,7 @@ from typing import Any
 from course import hand_in
 from course.errors import BadArchive, HandInError
 from course.foundation import cells
+from course.foundation.times import MINUTES
 from course.foundation.untrusted import Allowance, Archive
 
 ARCHIVE = r"-{assignment}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?\.zip$"  # the end of a name, as `hand_in.write` makes it
@@ -51,7 +52,7 @@ class Receipt:
 
     def __str__(self) -> str:
         checks = f" {self.passed} of {self.checks} public checks passed." if self.checks else ""
-        return f"{self.time:{hand_in.SHOWN}}: {', '.join(self.files)}.{checks}"
+        return f"{self.time:{MINUTES} UTC}: {', '.join(self.files)}.{checks}"
 
 
 _latest: dict[Path, HandingIn] = {}  # by folder
@@ -89,7 +90,7 @@ def told(folder: Path, assignment: str) -> dict[str, str] | None:
         return {"text": known.progress, "archive": ""}
     name, receipt = _newest(folder, assignment)
     if known and known.over and known.failed and not (receipt and receipt.time > known.over):
-        return {"text": f"The hand-in of {known.over:{hand_in.SHOWN}} failed: {known.failed}", "archive": ""}
+        return {"text": f"The hand-in of {known.over:{MINUTES} UTC} failed: {known.failed}", "archive": ""}
     if receipt is None:
         return None
     if hand_in.known():
