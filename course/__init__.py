@@ -30,7 +30,7 @@ def live() -> "Session":
 
         load_ipython_extension(shell)
         if current() is None:
-            _tell_news()
+            _tell_of_feedback()
     return session()
 
 
@@ -39,7 +39,7 @@ def check(name: str = "") -> None:
     from course.notebook.checks import check as run
 
     run(name)
-    _tell_news()
+    _tell_of_feedback()
 
 
 def feedback(cell: str = "") -> "Shown":
@@ -68,13 +68,13 @@ def _show_session() -> None:
     start()
 
 
-def _tell_news() -> None:
+def _tell_of_feedback() -> None:
     """Print a line if feedback in the exchange has not been read yet."""
     from pathlib import Path
 
-    from course.returned.reading import news
+    from course.returned.reading import unread_line
 
-    if said := news(Path()):
+    if said := unread_line(Path()):
         print(said)
 
 

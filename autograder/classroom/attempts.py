@@ -15,7 +15,7 @@ from course.foundation import storage
 
 FREE, FREE_TOGETHER = 5, 50  # wrong passwords before a wait: from one place, and from all places together
 FIRST, LONGEST = 10.0, 300.0  # s to wait: the first time, and at most; doubles each time
-FORGOTTEN = 3600.0  # s after its last wrong password, a count is dropped first, when there are MOST
+EXPIRY = 3600.0  # s after its last wrong password, a count is dropped first, when there are MOST
 MOST = 20_000  # counts that are kept; then the forgotten are dropped, and the oldest
 UNLOCKED = "unlocked.json"  # in `Classroom.state`: by user name, when an instructor unlocked it
 EVERYWHERE = ""  # stands for all places together
@@ -71,7 +71,7 @@ class Attempts:
 
     def _forget(self, now: float) -> None:
         if len(self._counts) >= MOST:
-            self._counts = {key: count for key, count in self._counts.items() if count.last + FORGOTTEN > now}
+            self._counts = {key: count for key, count in self._counts.items() if count.last + EXPIRY > now}
         while len(self._counts) >= MOST:
             del self._counts[next(iter(self._counts))]  # the oldest
 

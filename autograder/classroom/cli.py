@@ -211,15 +211,15 @@ def _tend_shared(classroom: Classroom, instructors_left: list[str]) -> None:
         for line in course_files.hand_out_notebooks(classroom):
             print(line)
 
-    if not _done("nbgrader's course folder was left alone", set_aside):
+    if not _attempt("nbgrader's course folder was left alone", set_aside):
         return  # its configuration may be that of somebody who has left, and would run
-    _done("nbgrader's course folder was not prepared", lambda: course_files.release(classroom, []))
-    _done("The gradebook's list of students was not updated", lambda: course_files.enrol(classroom))
-    _done("Students are not told their dates", lambda: deadlines.publish(classroom))
-    _done("No notebooks were laid into the home folders", hand_out)
+    _attempt("nbgrader's course folder was not prepared", lambda: course_files.release(classroom, []))
+    _attempt("The gradebook's list of students was not updated", lambda: course_files.enrol(classroom))
+    _attempt("Students are not told their dates", lambda: deadlines.publish(classroom))
+    _attempt("No notebooks were laid into the home folders", hand_out)
 
 
-def _done(otherwise: str, work: Callable[[], object]) -> bool:
+def _attempt(otherwise: str, work: Callable[[], object]) -> bool:
     """Return True if `work` was done; if it fails, say what that means, and why."""
     try:
         work()
@@ -232,7 +232,7 @@ def _done(otherwise: str, work: Callable[[], object]) -> bool:
 def _table(classroom: Classroom) -> list[assignments.Row]:
     """Return the state of each exercise; if it cannot be found, say so, and return none."""
     found: list[assignments.Row] = []
-    _done(
+    _attempt(
         "The state of the exercises is not known", lambda: found.extend(assignments.table(classroom, datetime.now(UTC)))
     )
     return found

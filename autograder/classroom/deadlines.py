@@ -23,7 +23,7 @@ def publish(classroom: Classroom, enter: Collection[str] = ()) -> None:
 
     Raises ClassroomError, also for a mistake in the course folder's configuration.
     """
-    known, published = _basis(classroom), _published(classroom)
+    known, published = _inputs(classroom), _published(classroom)
     dates, before = known["dates"], (published or {}).get("dates", {})
     entered = {name: each for name, each in dates.items() if name in {*enter} or before.get(name) != each}
     ended = [name for name in entered if before.get(name, {}).get(UNTIL) and UNTIL not in entered[name]]
@@ -54,10 +54,10 @@ def publish(classroom: Classroom, enter: Collection[str] = ()) -> None:
 
 def out_of_date(classroom: Classroom) -> bool:
     """Return True if the students' files are out of date."""
-    return _basis(classroom) != _published(classroom)
+    return _inputs(classroom) != _published(classroom)
 
 
-def _basis(classroom: Classroom) -> dict[str, Any]:
+def _inputs(classroom: Classroom) -> dict[str, Any]:
     """Return the data that the students' files are made from: dates, students, and digests of the extensions."""
     there, known = course_files.released(classroom), assignments.read(classroom)
     dates = {

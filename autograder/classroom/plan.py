@@ -150,7 +150,7 @@ class Classroom:
         try:
             fields: dict[str, Any] = json.loads((folder / "state" / SETTINGS).read_text(encoding="utf-8"))
         except FileNotFoundError:
-            raise UsageError(f"there is no classroom in {folder}; `environment/classroom up` makes one") from None
+            raise UsageError(f"there is no class in {folder}; `environment/classroom up` makes one") from None
         except (OSError, ValueError) as error:
             raise UsageError(f"{folder / 'state' / SETTINGS} cannot be read: {error}") from None
         try:

@@ -83,8 +83,8 @@ def read_configuration_only_from(folder: str) -> None:
 def look_at_home() -> None:
     """Have modules that were loaded before the fork (`template`) read this server's environment again.
 
-    The modules in `template.FORGOTTEN` are imported again.  The functions of `send2trash` are already held by modules
-    that are not, so it is reloaded in place.
+    The modules in `template.IMPORTED_AGAIN` are imported again.  The functions of `send2trash` are already held by
+    modules that are not, so it is reloaded in place.
     """
     site.USER_BASE = site.USER_SITE = None  # computed again when needed
     if trash := sys.modules.get("send2trash.plat_other"):  # has the path of the trash folder

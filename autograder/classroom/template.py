@@ -27,7 +27,7 @@ LOADED = """
     tornado.platform.asyncio typer traitlets.config.argcomplete_config
 """
 # Those of them that read something from the environment that differs between students.
-FORGOTTEN = "jupyterhub.services.auth jupyterhub.singleuser jupyterlab.labapp"
+IMPORTED_AGAIN = "jupyterhub.services.auth jupyterhub.singleuser jupyterlab.labapp"
 # The environment variables for libraries, set by `ros_wheels_bootstrapper` in the wheels of ROS 2; it starts each
 # Python a second time where they are not set.
 LIBRARIES = ("LD_LIBRARY_PATH", "_ROS_WHEELS_BOOTSTRAP_COMPLETE")
@@ -46,7 +46,7 @@ def start() -> Forkserver:
         "PATH": f"{sys.prefix}/bin:/usr/local/bin:/usr/bin:/bin",
         "USER": NOBODY,
     }
-    return Forkserver(Template(own | libraries(), LOADED, FORGOTTEN, OPTIONS))
+    return Forkserver(Template(own | libraries(), LOADED, IMPORTED_AGAIN, OPTIONS))
 
 
 def libraries() -> dict[str, str]:

@@ -312,13 +312,13 @@ def _fork_for_each(channel: socket.socket) -> Request:
     home = os.pidfd_open(os.getpid())
     tracing = Tracing()
     programs: dict[int, tuple[int, int]] = {}  # by process id: a pidfd, and the descriptor to report its end to
-    room = bytearray(LONGEST)
+    buffer = bytearray(LONGEST)
     while True:
-        timeout = _bury(programs)
+        timeout = _reap(programs)
         waiting = [channel.fileno(), *(ended for ended, _ in programs.values())]
         if channel.fileno() not in select.select(waiting, [], [], timeout)[0]:
             continue
-        message, descriptors = _receive(channel, room)
+        message, descriptors = _receive(channel, buffer)
         if len(descriptors) >= LEAST:
             output, report, sandbox, *more = descriptors
             child = -1
@@ -339,7 +339,7 @@ def _fork_for_each(channel: socket.socket) -> Request:
             os.close(descriptor)
 
 
-def _bury(programs: dict[int, tuple[int, int]]) -> float | None:
+def _reap(programs: dict[int, tuple[int, int]]) -> float | None:
     """Reap ended children, and report those that are programs; return the seconds until the next look.
 
     Others are children that a program has given to this process (`clone` with CLONE_PARENT), if the system call filter
@@ -359,14 +359,14 @@ def _bury(programs: dict[int, tuple[int, int]]) -> float | None:
     return None
 
 
-def _receive(channel: socket.socket, room: bytearray) -> tuple[memoryview, list[int]]:
-    """Return the next request, in `room`, with its descriptors; ends this process when the launcher is gone.
+def _receive(channel: socket.socket, buffer: bytearray) -> tuple[memoryview, list[int]]:
+    """Return the next request, in `buffer`, with its descriptors; ends this process when the launcher is gone.
 
     A truncated request has no descriptors.
     """
     descriptors = array("i")
     try:
-        size, extra, flags, _ = channel.recvmsg_into([room], socket.CMSG_LEN(DESCRIPTORS * descriptors.itemsize))
+        size, extra, flags, _ = channel.recvmsg_into([buffer], socket.CMSG_LEN(DESCRIPTORS * descriptors.itemsize))
     except ConnectionResetError:
         os._exit(0)
     for _, _, data in extra:
@@ -376,7 +376,7 @@ def _receive(channel: socket.socket, room: bytearray) -> tuple[memoryview, list[
     if flags & (socket.MSG_TRUNC | socket.MSG_CTRUNC):
         while descriptors:
             os.close(descriptors.pop())
-    return memoryview(room)[:size], [*descriptors]
+    return memoryview(buffer)[:size], [*descriptors]
 
 
 def _tell(report: int, what: str, number: int = 0) -> None:

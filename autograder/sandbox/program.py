@@ -142,9 +142,9 @@ class Program:
             while chunk := pipe.read(1 << 16):
                 with self._lock:
                     self._total += len(chunk)
-                    room = KEPT // 2 - len(self._head)
-                    self._head += chunk[: max(room, 0)]
-                    self._tail += chunk[max(room, 0) :]
+                    left = KEPT // 2 - len(self._head)
+                    self._head += chunk[: max(left, 0)]
+                    self._tail += chunk[max(left, 0) :]
                     del self._tail[: -KEPT // 2]
                 if self._total > FLOOD:
                     self._kill(f"it printed more than {FLOOD >> 20} MiB; print less, above all inside loops")

@@ -161,7 +161,7 @@ def endless_spin(stacks: str, path: Path) -> EndlessSpin | None:
             continue
         if _spins_without_limit(parse(source), line):
             return EndlessSpin(line, names)
-        if call := next(_on(calls(parse(source), "spin"), line), None):
+        if call := next(_on_line(calls(parse(source), "spin"), line), None):
             return EndlessSpin(line, names, ast.unparse(call))
     return None
 
@@ -204,19 +204,19 @@ def _asked(source: str, path: Path) -> tuple[str, ...]:
 
 def _spins_without_limit(tree: ast.Module, line: int) -> bool:
     """Return True if a line spins until a future is done: by itself, or once in a loop that ends with the future."""
-    for call in _on(calls(tree, "spin_until_future_complete"), line):
+    for call in _on_line(calls(tree, "spin_until_future_complete"), line):
         of_rclpy_itself = isinstance(call.func, ast.Name) or name_of(getattr(call.func, "value", None)) == "rclpy"
         place = WAITS["spin_until_future_complete"] if of_rclpy_itself else 1  # else of an executor
         unpacked = any(isinstance(each, ast.Starred) for each in call.args) or any(
             not each.arg for each in call.keywords
         )
         return argument(call, place, "timeout_sec") is None and not unpacked
-    loops = _on((node for node in walk(tree) if isinstance(node, ast.While)), line)
-    once = any(True for _ in _on(calls(tree, "spin_once"), line))
+    loops = _on_line((node for node in walk(tree) if isinstance(node, ast.While)), line)
+    once = any(True for _ in _on_line(calls(tree, "spin_once"), line))
     return once and any(map(_only_spins, loops))
 
 
-def _on(nodes: Iterator[Placed], line: int) -> Iterator[Placed]:
+def _on_line(nodes: Iterator[Placed], line: int) -> Iterator[Placed]:
     return (node for node in nodes if covers(node, line))
 
 

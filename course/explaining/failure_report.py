@@ -435,7 +435,7 @@ def _last_traceback(output: str, path: Path, *, first: bool = False) -> tuple[st
             first_line = first_line.removesuffix(" The following argument types are supported:")
             many = "incompatible function arguments" in line  # followed by all signatures in C++
             message = [first_line] if many else [first_line, *_continued(rest[number + 1 :])]
-            return "\n".join(message), _once(list(_without_main(frames)))
+            return "\n".join(message), _without_repeats(list(_without_main(frames)))
     return "", ()
 
 
@@ -532,10 +532,10 @@ def _own_frames(trace: TracebackType | None) -> tuple[Frame, ...]:
         place = place_of(summary.filename)
         code = linecache.getline(summary.filename, summary.lineno).strip()
         found.append(Frame(place, summary.lineno, summary.name, code))
-    return _once(found)
+    return _without_repeats(found)
 
 
-def _once(frames: list[Frame]) -> tuple[Frame, ...]:
+def _without_repeats(frames: list[Frame]) -> tuple[Frame, ...]:
     """Return the frames without repeated ones of a recursion."""
     return tuple(frames) if len(frames) < MANY else tuple(dict.fromkeys(frames))
 

@@ -64,14 +64,14 @@ def outcomes(
     client.on_cell_executed = on_cell_executed
     died = ""
     try:
-        client.execute(stderr=subprocess.DEVNULL, env=_apart())
+        client.execute(stderr=subprocess.DEVNULL, env=_kernel_variables())
     except DeadKernelError:
         died = f"{FAILED}the kernel ended before this check had finished"
     checks = zip(wanted, notebook.cells, strict=True)
     return {cell.name: _outcome(ran) or died or PASSED for cell, ran in checks if cell.public_check}
 
 
-def _apart() -> dict[str, str]:
+def _kernel_variables() -> dict[str, str]:
     """Return the variables of a kernel that joins no running session: its programs would be in the checks' way."""
     domain = os.environ.get(DOMAIN, "")
     joined = domain.isdecimal() and registry.of_domain(int(domain))

@@ -43,7 +43,7 @@ def take(file: Path, start: Path) -> tuple[Path, Feedback]:
     return pages.keep(page, found, pages.place_of(found, start)), found
 
 
-def news(folder: Path) -> str:
+def unread_line(folder: Path) -> str:
     """Return a line about unread feedback in the exchange; '' for none.  Never raises."""
     with contextlib.suppress(Exception):  # a notebook's first cell calls it
         for assignment in _assignments(folder):

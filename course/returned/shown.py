@@ -32,7 +32,7 @@ def heading(feedback: Feedback) -> str:
     if feedback.status == "infrastructure_error":
         return f"{feedback.title}: no points yet; it will be graded again"
     so_far = " so far" if feedback.waiting else ""
-    return f"{feedback.title}: {_of(feedback.points, feedback.max_points)} points{so_far}"
+    return f"{feedback.title}: {_share(feedback.points, feedback.max_points)} points{so_far}"
 
 
 def text(feedback: Feedback, cell: str = "") -> str:
@@ -67,7 +67,7 @@ def html(feedback: Feedback, cell: str = "") -> str:
         causes={message: (_cost(lost), [test.title for test in lost]) for message, lost in causes.items()},
         numbers={message: number for number, message in enumerate(causes, 1)},
         cells=[(name or OTHER, _said(feedback, name), _of_cell(tests, name)) for name in feedback.cells],
-        of=_of,
+        of=_share,
     )
 
 
@@ -121,8 +121,8 @@ def _cost(lost: list[Test]) -> str:
 
 
 def _points(points: float, most: float) -> str:
-    return f"{_of(points, most)} points" if most else f"{points:g} points"
+    return f"{_share(points, most)} points" if most else f"{points:g} points"
 
 
-def _of(points: float, most: float) -> str:
+def _share(points: float, most: float) -> str:
     return f"{points:g} of {most:g}"

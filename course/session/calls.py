@@ -416,7 +416,7 @@ class Calls:
         """Return the session's programs that run."""
         return [each for each in list(self._handles.values()) if isinstance(each, NodeProcess) and each.alive]
 
-    def _beginners(self, maker: str, name: str) -> list[NodeProcess]:
+    def _may_offer(self, maker: str, name: str) -> list[NodeProcess]:
         """Return the running programs that may still make `name` by `maker`, by their text."""
         return [each for each in self._running() if not none_will_offer({each.name: each}, maker, name)]
 
@@ -425,7 +425,7 @@ class Calls:
 
         It returns '', or lines that say where the only program that may still make `name` is, in an endless loop.
         """
-        programs = self._beginners(maker, name)
+        programs = self._may_offer(maker, name)
         if len(programs) != 1:
             return str
         patience = Patience(lambda: programs[0].beginning(endless=True), SOON)
@@ -443,7 +443,7 @@ class Calls:
     def beginning(self, maker: str, name: str) -> str:
         """Return lines that say where the programs are that may still make `name` by `maker`; '' without such."""
         found = []
-        for each in self._beginners(maker, name):
+        for each in self._may_offer(maker, name):
             first, second = each.beginning(), each.beginning()
             if first and second and first[-1].function == second[-1].function:
                 found += ["", f"{each.name} is here:", *map(str, second)]
@@ -512,7 +512,7 @@ class Calls:
 
         The services that every node has are there: the graph has learnt of the node's.
         """
-        return [each for each in self._beginners("create_service", name) if self._serves_nothing(each)]
+        return [each for each in self._may_offer("create_service", name) if self._serves_nothing(each)]
 
     def _serves_nothing(self, handle: Handle) -> bool:
         """Return True if nodes that have just been started have no services but those that every node has."""
@@ -525,7 +525,7 @@ class Calls:
     def _makes_none(self, name: str) -> bool:
         """Return True if all programs that may make the service `name` wait to be asked, and have made none."""
         idle = self._without_service(name)
-        return bool(idle) and idle == self._beginners("create_service", name) and all(map(NodeProcess.is_at_rest, idle))
+        return bool(idle) and idle == self._may_offer("create_service", name) and all(map(NodeProcess.is_at_rest, idle))
 
     def _servers_here(self) -> list[tuple[str, list[str]]]:
         """Return the names and types of the services that nodes serve, without what only clients ask for."""

@@ -63,9 +63,9 @@ class LogFollower:
             lost += max(0, len(lines) - limit)
             lines = lines[-limit:]
         entries = (entry_of_line(program.name, line, at, mark(program.pid)) for at, line in lines)
-        return self._newest(chain(entries, self._news(program, over)), limit + 10, lost)
+        return self._newest(chain(entries, self._endings(program, over)), limit + 10, lost)
 
-    def _news(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
+    def _endings(self, program: NodeProcess, over: bool) -> Iterable[Entry]:
         """Return the entry on how the program ended, once."""
         for number, report in enumerate(program.reports if over else []):
             if (program, number) not in self._ended:

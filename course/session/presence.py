@@ -20,7 +20,7 @@ from course.ros.onlooker import Onlooker
 from course.ros.rclpy_internals import NodeNameNonExistentError, unwatched
 from course.session.node_process import NodeProcess
 
-FORGOTTEN = 15.0  # s; a killed node stays in the graph for 5 s (discovery.xml), longer on a busy machine
+REMOVAL = 15.0  # s; a killed node stays in the graph for 5 s (discovery.xml), longer on a busy machine
 SETTLED = 2.0  # s that a program may take from making its node to spinning it
 UNKNOWN = "_NODE_NAME_UNKNOWN_"  # the name of a node that is not discovered yet
 EVENTS = "/parameter_events"  # every rclpy node has a publisher there, and every rclcpp node unless disabled
@@ -62,7 +62,7 @@ class Presence:
 
         So the next call cannot reach the old node.
         """
-        wait_until(lambda: not set(ended) & set(difference(self.names(), others)), FORGOTTEN, alert=False)
+        wait_until(lambda: not set(ended) & set(difference(self.names(), others)), REMOVAL, alert=False)
 
     def settle(self, process: NodeProcess, served: set[str]) -> None:
         """Wait until the program answers from its executor, so that its start is complete.

@@ -72,13 +72,13 @@ class SessionLogs:
 
         def is_there() -> bool:
             nonlocal seen
-            before, seen = seen, self._came()
+            before, seen = seen, self._amount()
             return before != seen and any(text in entry.text for entry in self.read(name))
 
         found = wait_until(is_there, timeout, unless=lambda: isinstance(program, NodeProcess) and program.ended)
         return found or is_there()  # its last lines may have come since the last look
 
-    def _came(self) -> tuple[int, ...]:
+    def _amount(self) -> tuple[int, ...]:
         """Return how much has been logged and printed so far: while this stays the same, `read` returns the same."""
         programs = self._programs()
         return self._book.count, *map(id, programs), *(each.printed + len(each.reports) for each in programs)

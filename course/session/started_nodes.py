@@ -100,7 +100,7 @@ class StartedNodes:
             self._tell_undeclared(handle.name, parameters, Node.list_parameters(handle.node, [], 0).names)
             return handle
 
-        return self._alone(start)
+        return self._start_alone(start)
 
     def start_file(
         self, path: Path, args: tuple[object, ...], parameters: Mapping[str, object], timeout: float
@@ -122,7 +122,7 @@ class StartedNodes:
 
         if path.is_file():
             self._again[path.name] = again  # a program that fails at once can be restarted, too
-        return self._alone(again)
+        return self._start_alone(again)
 
     def restart(self, name: str) -> Handle:
         """Restart the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
@@ -135,7 +135,7 @@ class StartedNodes:
                 f"A ParameterRecorder of '{old.name}' belongs to the node before the restart, and records nothing of "
                 "the new one: make another one."
             )
-        return self._alone(self._again[found[0]])
+        return self._start_alone(self._again[found[0]])
 
     def has_started(self, name: str) -> bool:
         """Return True if a node or a file called `name` was started here, or a node of that name exists."""
@@ -260,7 +260,7 @@ class StartedNodes:
         }
         return [key for key in list(keys) if key in running or key in (bare, f"{bare}.py")]
 
-    def _alone(self, start: Callable[[], Handle]) -> Handle:
+    def _start_alone(self, start: Callable[[], Handle]) -> Handle:
         """Call `start` while no other thread starts or stops a node, and keep it for `restart`."""
         with self._changing:
             self._prepare()

@@ -81,7 +81,7 @@ def in_the_way(
             return "it is outside the room"
     if clearance(point, segments) <= radius:
         return "it would touch an obstacle"
-    return "" if robot is None else _apart(point, robot, segments)
+    return "" if robot is None else _barrier(point, robot, segments)
 
 
 def no_room(point: tuple[float, float], radius: float, segments: Floats, robot: tuple[float, float]) -> str:
@@ -89,12 +89,12 @@ def no_room(point: tuple[float, float], radius: float, segments: Floats, robot: 
 
     `robot` (m) is a place where the robot can stand: it must be able to meet the obstacle.
     """
-    if why := _apart(point, robot, segments):
+    if why := _barrier(point, robot, segments):
         return why
     return "it would touch a wall or an obstacle" if clearance(point, segments) < radius - OVERLAP else ""
 
 
-def _apart(point: tuple[float, float], robot: tuple[float, float], segments: Floats) -> str:
+def _barrier(point: tuple[float, float], robot: tuple[float, float], segments: Floats) -> str:
     """Return what keeps a robot at `robot` (m) from `point` (m) for certain: a closed outline around one of them."""
     for outline in outlines(segments):
         if is_inside(point, outline) != is_inside(robot, outline):

@@ -145,4 +145,4 @@ def test_status_of_a_class_that_is_down_says_so(quiet, capsys):
 def test_status_and_down_where_there_is_no_classroom(able, tmp_path):
     for command in ("status", "down"):
         done = call_classroom(command, "--folder", str(tmp_path))
-        assert done.returncode == 2 and f"there is no classroom in {tmp_path}" in done.stderr
+        assert done.returncode == 2 and f"there is no class in {tmp_path}" in done.stderr

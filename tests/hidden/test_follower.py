@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import pytest
 
 from autograder.errors import Wrong
-from autograder.hidden.ai_integration.conversation import STOP, Follower, told
+from autograder.hidden.ai_integration.conversation import STOP, Follower, code_command
 from autograder.hidden.ai_integration.suite import stops
 
-DECIDED = told(1.25, 0.75)
+DECIDED = code_command(1.25, 0.75)
 
 
 def follower(*commands, times=(0.0, 0.0, 0.0)):

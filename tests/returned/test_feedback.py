@@ -329,7 +329,7 @@ def test_what_was_released_is_said_in_a_line_until_it_is_read(released, folder, 
     assert "Feedback on services has been released: course.feedback() shows it." in capsys.readouterr().out
     assert repr(course.feedback("relay")).startswith("Services: 10 of 15 points")
     assert (folder / "feedback" / "services.html").read_bytes() == page(FOUND)
-    assert reading.news(folder) == ""
+    assert reading.unread_line(folder) == ""
 
 
 def test_in_a_class_one_reads_whether_feedback_is_missing_because_nothing_was_handed_in(released, folder):
@@ -351,7 +351,7 @@ def test_the_command_finds_what_was_released_and_runs_no_configuration_of_the_fo
 
 def test_without_an_exchange_nothing_is_said_and_nbgrader_is_not_loaded(folder):
     code = (
-        "import sys, course.returned.reading as r, pathlib; print(repr(r.news(pathlib.Path()))); "
+        "import sys, course.returned.reading as r, pathlib; print(repr(r.unread_line(pathlib.Path()))); "
         "print([name for name in sys.modules if name.startswith('nbgrader')])"
     )
     ran = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True)
@@ -375,14 +375,14 @@ def test_the_default_place_of_the_exchange_is_nbgraders():
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can work as another user")
 def test_an_exchange_without_permission_is_a_line_and_stops_nothing(released, folder, monkeypatch):
     work = shutil.copytree(folder, released.parents[3] / "services")
-    assert reading.news(work) != ""
+    assert reading.unread_line(work) != ""
     fetcher = nbgrader_exchange._fetcher("ros2", "services")  # made now: the other user may not read the course
     monkeypatch.setattr(nbgrader_exchange, "_fetcher", lambda *_: fetcher)
     monkeypatch.setattr(nbgrader_exchange, "_may_be_configured", lambda: True)  # for which Jupyter looks there, too
     released.parents[1].chmod(0o700)
     os.setresuid(65534, 65534, 0)
     try:
-        assert reading.news(work) == ""
+        assert reading.unread_line(work) == ""
         with pytest.raises(FeedbackError, match="the exchange .*/exchange cannot be read: Permission denied"):
             nbgrader_exchange.released("services")
         assert nbgrader_exchange.folder() is None  # nbgrader needs to write there

@@ -68,11 +68,11 @@ def test_nobody_waits_for_a_ghost(graph):
     graph.programs = [("server", GHOST), ("other", WHOLE)]
     began = time.monotonic()
     Presence(graph).wait_until_gone(["/server"], ["/other"])
-    assert time.monotonic() - began < module.FORGOTTEN / 2
+    assert time.monotonic() - began < module.REMOVAL / 2
 
 
 def test_a_program_with_endpoints_is_waited_for(graph, monkeypatch):
-    monkeypatch.setattr(module, "FORGOTTEN", 0.5)
+    monkeypatch.setattr(module, "REMOVAL", 0.5)
     graph.programs = [("server", WHOLE)]
     began = time.monotonic()
     Presence(graph).wait_until_gone(["/server"], [])

@@ -437,7 +437,7 @@ class Follower(TopicProgram):
 
         Only those of the `sectors` are judged.
         """
-        wanted = told(front, right)
+        wanted = code_command(front, right)
         got = self._show_until(scan, lambda command: fits(command, wanted, sectors))
         settled = all(fits(command, wanted, sectors) for command in got[-2:])
         for command in got[-STAYS:] if settled else got[-1:]:
@@ -459,14 +459,14 @@ class Follower(TopicProgram):
 
     def expect_at_once(self, scan: LaserScan, front: float, right: float, about: str, sectors: frozenset[str]) -> None:
         """Shown this scan once, it must give these distances (m) to the agent, if it goes by simulated time."""
-        wanted = told(front, right)
+        wanted = code_command(front, right)
         got = self.show_once(scan)
         if got and self._time.can_be_asked and not any(fits(command, wanted, sectors) for command in got):
             raise Wrong(f"{about}, {difference(got[-1], wanted, sectors)}.", f"commands {got}, scan {scan}")
 
     def read(self, scan: LaserScan, front: float, right: float) -> frozenset[str]:
         """The sectors whose distances (m) it gives to the agent, shown this scan again and again."""
-        wanted = told(front, right)
+        wanted = code_command(front, right)
         got = self._show_until(scan, lambda command: fits(command, wanted, BOTH))[-1]
         return frozenset(name for name in BOTH if fits(got, wanted, frozenset([name])))
 
@@ -489,7 +489,7 @@ class Follower(TopicProgram):
             last = command_of(self.commands.heard[-1]) if self.commands.heard else STOP
             if self.commands.heard and self._goes_by_rules(1.25, 0.75):
                 raise Wrong(f"{BY_RULES} What it makes of scan.ranges could not be tested.")
-            decided = told(1.25, 0.75)
+            decided = code_command(1.25, 0.75)
             if math.dist(last, [round(speed, 2) for speed in decided]) < SAME_SPEED:
                 raise Wrong(
                     f"The agent decided on {said(decided)}, and the node published {said(last)}, rounded: it must "
@@ -792,7 +792,7 @@ def is_code(number: float, name: str) -> bool:
     return LEAST[name] - SAME_SPEED <= number < LEAST[name] + WIDTH
 
 
-def told(front: float, right: float) -> Command:
+def code_command(front: float, right: float) -> Command:
     """What the agent that tells what it was given commands for these distances (m)."""
     return Command(code("front", front), code("right", right))
 

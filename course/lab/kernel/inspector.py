@@ -65,7 +65,7 @@ def offers() -> dict[str, Any]:
     several = {f"service {name}": _servers(live, name) for name, _ in services if count(name) > 1}
     several |= {f"action {name}": _servers(live, name) for name, _ in actions if count(f"{name}{SEND}") > 1}
     several |= {
-        f"{PARAMETER} {name}": f"{number} nodes have this name: {_any(number)} may answer. Nodes shows where each "
+        f"{PARAMETER} {name}": f"{number} nodes have this name: {_any_of(number)} may answer. Nodes shows where each "
         "runs: stop one, or give it another name."
         for name, number in nodes.items()
         if number > 1
@@ -85,10 +85,10 @@ def _servers(live: Session, name: str) -> str:
     if len(servers) < 2:
         return ""
     told = " and by ".join(servers)
-    return f"It is served by {told}: {_any(len(servers))} may answer. Nodes shows where each runs: stop all but one."
+    return f"It is served by {told}: {_any_of(len(servers))} may answer. Nodes shows where each runs: stop all but one."
 
 
-def _any(count: int) -> str:
+def _any_of(count: int) -> str:
     return "either" if count == 2 else "any of them"
 
 

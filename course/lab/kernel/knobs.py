@@ -118,7 +118,7 @@ def set_parameters(node: str, values: dict[str, Any]) -> None:
     if got is None:
         raise LiveError(f"{node} does not answer: it is busy, blocked, or has ended.")
     parameters = [
-        Parameter(name, value=_as(value, old)).to_parameter_msg()
+        Parameter(name, value=_converted(value, old)).to_parameter_msg()
         for (name, value), old in zip(values.items(), got.values, strict=True)
     ]
     done = _ask(listener, node, SetParametersAtomically, parameters=parameters)
@@ -128,7 +128,7 @@ def set_parameters(node: str, values: dict[str, Any]) -> None:
         raise LiveError(f"{node} rejected the change: {done.result.reason or 'it gives no reason'}")
 
 
-def _as(value: Any, old: ParameterValue) -> Any:
+def _converted(value: Any, old: ParameterValue) -> Any:
     """Convert a value from a page to the parameter's type, because JavaScript has one type for all numbers."""
     match KINDS.get(old.type):
         case "double":

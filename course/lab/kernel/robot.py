@@ -100,7 +100,7 @@ class RobotFeed:
         if (state := listener.state()) != self._sent.get("state", ""):
             self._sent["state"] = news["state"] = state
         at = (news.get("robot") or {}).get("pose") if fast else None
-        if path := self._path.news(world, bool(listener.nodes("/scan")), at):
+        if path := self._path.next_piece(world, bool(listener.nodes("/scan")), at):
             news["path"] = path
         nodes = {"sees": listener.nodes("/scan"), "drives": [] if silent else listener.commanders}
         if nodes != self._sent.get("nodes"):
@@ -161,8 +161,8 @@ class _Path:
         self._read = 0  # moments of the simulation
         self._last: tuple[float, float] | None = None
 
-    def news(self, world: World | None, seen: bool, until: list[float] | None = None) -> dict[str, Any] | None:
-        """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None without news.
+    def next_piece(self, world: World | None, seen: bool, until: list[float] | None = None) -> dict[str, Any] | None:
+        """Return {"anew": whether a path begins, "places": [[x m, y m, time s], ...]}; None if nothing is new.
 
         `until` is where the robot is drawn, [x m, y m, heading rad], if it may have driven on: the path ends there.
         The path of a world that has ended stays until another robot is `seen`, whose path is not told.

@@ -109,7 +109,7 @@ class _Asked:
             return False
 
     @property
-    def story(self) -> str:
+    def outcome(self) -> str:
         """Return what has become of the request of a caller that has given up."""
         return (NEVER_TAKEN if self.untaken else TOO_LATE if self.answered else GAVE_UP).format(self.exchange.by)
 
@@ -335,9 +335,9 @@ class Traffic(ClientWatcher):
                 self._asked.pop(future, None)
             elif not awaited:
                 asked.left = asked.left or now
-                asked.exchange.note(asked.story)
+                asked.exchange.note(asked.outcome)
                 if now - asked.left > UNTAKEN:  # until then, `ros.call` may tell why it has given up
-                    asked.exchange.end(asked.story)
+                    asked.exchange.end(asked.outcome)
                     self._asked.pop(future, None)
             elif asked.answered and now - asked.answered > UNTAKEN:
                 asked.untaken = True

@@ -24,7 +24,9 @@ def confine(handler: Any, path: str) -> None:
 
     Browsers show PDF in a viewer of their own, or, with a policy, not at all.
     """
-    handler.set_header(HEADER, _basis(handler) if handler.get_content_type() == "application/pdf" else _policy(handler))
+    handler.set_header(
+        HEADER, _usual_policy(handler) if handler.get_content_type() == "application/pdf" else _policy(handler)
+    )
 
 
 def guard() -> None:
@@ -34,10 +36,10 @@ def guard() -> None:
     AuthenticatedFileHandler.set_extra_headers = confine  # type: ignore[method-assign, assignment]
 
 
-def _basis(handler: JupyterHandler) -> str:
+def _usual_policy(handler: JupyterHandler) -> str:
     """Return the policy of every page of the server."""
     return str(JupyterHandler.content_security_policy.__get__(handler))
 
 
 def _policy(handler: JupyterHandler) -> str:
-    return f"{_basis(handler)}; {POLICY}"
+    return f"{_usual_policy(handler)}; {POLICY}"
