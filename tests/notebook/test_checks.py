@@ -207,4 +207,4 @@ def test_checks_of_a_hand_in_do_not_join_the_session_whose_cell_has_started_it(m
     """Its programs serve what the checks' programs serve; a domain that the user has chosen is kept."""
     monkeypatch.setenv("ROS_DOMAIN_ID", domain)
     monkeypatch.setattr(runs.registry, "of_domain", {77: "a session"}.get)
-    assert (runs._apart().get("ROS_DOMAIN_ID") == domain) == joins
+    assert (runs._kernel_variables().get("ROS_DOMAIN_ID") == domain) == joins

@@ -180,9 +180,9 @@ def test_a_file_that_another_notebooks_session_runs_is_ended_there(tmp_path, mon
 def test_a_process_without_a_command_line_may_not_be_stopped(monkeypatch):
     """As each has none for a moment while it is started: it may become a shell."""
     with subprocess.Popen(["cat"], stdin=subprocess.PIPE) as process:
-        monkeypatch.setattr(outsiders, "_words", lambda _: [""])
+        monkeypatch.setattr(outsiders.processes, "command_line", lambda _: [""])
         assert Outsider("/node", process.pid).process is None
-        monkeypatch.setattr(outsiders, "_words", lambda _: ["cat"])
+        monkeypatch.setattr(outsiders.processes, "command_line", lambda _: ["cat"])
         assert Outsider("/node", process.pid).process is not None
 
 
