@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from getpass import getuser
@@ -286,9 +286,20 @@ def read(folder: Path) -> HandIn:
     doubts = {name: f"{name} still has a line `# {cells.STUB}`: fill it in, or delete the line if you have."
               for name, content in files.items() if name != notebook.name and _unfilled(content)}  # fmt: skip
     doubts |= {name: why for name, why in differences(folder).items() if name in wanted}
+    doubts |= {
+        name: f"{name} is a link to {real}, which would be handed in." for name, real in _elsewhere(folder, files)
+    }
     if another := _another_name(notebook.stem, folder.absolute().name):
         doubts = {notebook.name: another, **doubts}
     return HandIn(notebook.stem, known, files, doubts)
+
+
+def _elsewhere(folder: Path, names: Iterable[str]) -> Iterator[tuple[str, Path]]:
+    """Yield the files that are links to others outside of the exercise's folder, and those others."""
+    for name in names:
+        real = (folder / name).resolve()
+        if not real.is_relative_to(folder.resolve()):
+            yield name, real
 
 
 def _unfilled(content: bytes) -> bool:

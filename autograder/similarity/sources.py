@@ -22,7 +22,7 @@ def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], tuple[
     The folder is one of submissions, or an output of `autograder grade`.  Raises UsageError when it holds nothing, or
     when an output does not say where the submissions are.
     """
-    if not (folder / output.RESULTS).exists():
+    if not (folder / output.RESULTS).is_file():  # a student may be called so
         return dict.fromkeys(listing.find(folder, assignment, []), (folder, None))
     wanted = assignment and exercises.load(assignment).name
     try:

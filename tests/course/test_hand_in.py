@@ -378,6 +378,16 @@ def test_a_notebook_with_another_name_is_asked_about(folder, name, meant):
     assert all(f"rename it to {meant}.ipynb" in why for why in doubts.values())
 
 
+def test_a_link_out_of_the_folder_is_asked_about(folder, tmp_path_factory):
+    """The folder may come from somebody else, who would like to know what lies there."""
+    private = tmp_path_factory.mktemp("home") / "private.txt"
+    private.write_text("secret")
+    (folder / "server.py").unlink()
+    (folder / "server.py").symlink_to(private)
+    refused = run(folder, "--no-check")
+    assert refused.returncode == 1 and f"Careful: server.py is a link to {private}, which would be" in refused.stderr
+
+
 def test_a_file_that_is_not_filled_in_is_asked_about(folder):
     stub = "def main():\n    # YOUR CODE HERE\n    raise NotImplementedError\n"
     text = (folder / "greeter.ipynb").read_text()

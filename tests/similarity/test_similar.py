@@ -607,6 +607,14 @@ def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path
         find(out, None, 5)
 
 
+def test_a_student_may_be_called_as_a_file_of_the_grader(tmp_path):
+    for name in (output.RESULTS, output.DETAILS):
+        (tmp_path / name / "calculator").mkdir(parents=True)
+    assert sources.places(tmp_path, "calculator").keys() == {
+        (name, "calculator") for name in (output.RESULTS, output.DETAILS)
+    }
+
+
 def test_identical_files_come_first(known):
     """Three hand in the same file, which makes it less rare; a renamed copy is alike to the last token."""
     handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
