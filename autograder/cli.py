@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 ALIKE = 10  # groups of an exercise that the report names, and pairs
 USAGE, INFRASTRUCTURE, INTERRUPTED = 2, 3, 130  # exit codes
-GO_ON = "Make room, and run the command again; `grade` goes on with --resume"
+GO_ON = "Free some space, and run the command again; `grade` continues with --resume"
 
 app = typer.Typer(
     add_completion=False, pretty_exceptions_enable=False, help="Grade ROS 2 programs with hidden tests, in a sandbox."
@@ -63,10 +63,12 @@ Students = Annotated[list[str] | None, typer.Option(help="Only this student; rep
 Unsafe = Annotated[
     bool, typer.Option("--unsafe", help="Run students' programs without a sandbox, and flag the results.")
 ]
-Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed instead of a new one.")]
+Seed = Annotated[int | None, typer.Option(help="Draw the hidden inputs from this seed; default: a new one.")]
 Jobs = Annotated[
     int | None,
-    typer.Option(min=1, help="How many submissions to grade at a time; default: as many as the processors can run."),
+    typer.Option(
+        min=1, help="The number of submissions to grade at a time; default: as many as the processors can run."
+    ),
 ]
 Scheduler = Annotated[
     str | None, typer.Option(help="Grade on the Dask cluster at tcp://HOST:PORT instead of this machine.")
@@ -80,20 +82,20 @@ GradebookUrl = Annotated[
     ),
 ]
 Patience = Annotated[
-    float, typer.Option(min=0.1, help="Allow students' programs this many times as long, on a slow machine.")
+    float, typer.Option(min=0.1, help="Multiply the time limits of students' programs by this, for a slow machine.")
 ]
 Rosters = Annotated[
     list[Path] | None,
     typer.Option(
-        help="The class, a CSV file: the column `student` has the name of each one's folder, the others what else they "
-        "are called (login, number, first_name, last_name). Repeat the option for several files. Later commands "
-        "remember it."
+        help="The class, a CSV file: the column `student` has the name of the student's folder, the other columns have "
+        "the student's other names (login, number, first_name, last_name). Repeat the option for several files. "
+        "Later commands remember it."
     ),
 ]
 WithoutNotebook = Annotated[
     Unanswered,
     typer.Option(
-        help="What questions in words count when no notebook was handed in: ask (they wait for a mark), or zero."
+        help="The score of questions in words when no notebook was handed in: ask (wait for a mark by hand), or zero."
     ),
 ]
 
@@ -118,7 +120,7 @@ def check(
     seed: Seed = None,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade one submission and print the report; what it waits for is told meanwhile."""
+    """Grade one submission and print the report; show on stderr what it is waiting for."""
     logging.getLogger("autograder").setLevel(logging.INFO)  # on stderr, for the person who waits
     exercise = exercises.load(assignment)
     if folder.is_file():
@@ -146,7 +148,7 @@ def grade(
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a batch: grade only what has no result in OUTPUT yet.")
+        bool, typer.Option("--resume", help="Continue a batch: grade only submissions without a result in OUTPUT.")
     ] = False,
     roster: Rosters = None,
     without_notebook: WithoutNotebook = Unanswered.ASK,
@@ -195,7 +197,7 @@ def grade(
             print(printable(one_line(f"Not handed in: {name}: {', '.join(absent)}.")))
     if changed:
         names = one_line(", ".join(map("/".join, changed)))
-        print(printable(f"Handed in again, or graded by an older version of the hidden tests: {names}."))
+        print(printable(f"Handed in again, or graded with an older version of the hidden tests: {names}."))
         print(printable(f"`autograder regrade {out}` grades them again."))
     print(f"Results: {out / output.RESULTS}")
     raise typer.Exit(_exit_code(reports))
@@ -218,7 +220,7 @@ def regrade_command(
     unsafe: Unsafe = False,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade again where hidden tests (with the same seeds) or hand-ins changed; show whose scores change, and why."""
+    """Grade again where hidden tests (with the same seeds) or hand-ins changed; show which scores change, and why."""
     _one_of(jobs, scheduler)
     if not output.read_results(out):
         raise UsageError(f"no results in {out}")
@@ -251,11 +253,11 @@ def regrade_command(
 @app.command("report")
 def report_command(
     out: Out,
-    html: Annotated[Path | None, typer.Option(help="Where to write the page; default: report.html in OUTPUT.")] = None,
+    html: Annotated[Path | None, typer.Option(help="The page to write; default: report.html in OUTPUT.")] = None,
     roster: Rosters = None,
     gradebook: GradebookUrl = None,
 ) -> None:
-    """Write one HTML page about the class: first what needs a look, then scores, hidden tests and grading times."""
+    """Write an HTML page about the class: what needs attention, then scores, hidden tests and grading times."""
     reports = output.read_results(out)
     if not reports:
         raise UsageError(f"no results in {out}")
@@ -271,13 +273,13 @@ def report_command(
 @app.command()
 def show(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`.")],
-    student: Annotated[str | None, typer.Option(help="Only this student, with what the programs printed.")] = None,
+    student: Annotated[str | None, typer.Option(help="Only this student, with the output of the programs.")] = None,
     assignment: Assignment = None,
-    passed: Annotated[bool, typer.Option("--passed", help="Show the tests that were passed, too.")] = False,
+    passed: Annotated[bool, typer.Option("--passed", help="Also show the tests that were passed.")] = False,
 ) -> None:
-    """Show results to an instructor: also the hidden inputs, what was expected, what came instead, and the seed.
+    """Show results to an instructor, with the hidden inputs, expected and actual behaviour, and the seed.
 
-    Of the whole class only what was not passed is shown, unless --passed asks for all tests.
+    For the whole class, only tests that were not passed are shown, unless --passed is given.
     """
     for report, details in output.read_with_details(folder, student, assignment):
         print(printable(describe(report, details, all_tests=passed or bool(student))))
@@ -289,16 +291,15 @@ def show(
 def similar(
     folder: Annotated[Path, typer.Argument(help="The output folder of `autograder grade`, or the submissions.")],
     earlier: Annotated[
-        list[Path] | None,
-        typer.Argument(help="Such folders of earlier courses: FOLDER is compared with them, and with itself."),
+        list[Path] | None, typer.Argument(help="Folders of earlier courses to compare FOLDER with, too.")
     ] = None,
     assignment: Assignment = None,
     html: Annotated[
-        Path | None, typer.Option(help="Also write a page here that shows the texts of each pair side by side.")
+        Path | None, typer.Option(help="Also write a page to this file, with the texts of each pair side by side.")
     ] = None,
-    top: Annotated[int, typer.Option(min=1, help="How many pairs of each exercise to list.")] = 20,
+    top: Annotated[int, typer.Option(min=1, help="The number of pairs to list for each exercise.")] = 20,
 ) -> None:
-    """List the pairs of submissions that are most alike: a reason to look at them, not a verdict."""
+    """List the most similar pairs of submissions: a reason to look at them, not a verdict."""
     from autograder.similarity import find, presenting
 
     if html:
@@ -312,7 +313,7 @@ def similar(
 
 @app.command("doctor")
 def doctor_command() -> None:
-    """Show which layers of the sandbox hold on this machine; exit code 1 when it cannot grade safely."""
+    """Show which layers of the sandbox work on this machine; exit code 1 when it cannot grade safely."""
     from rich.console import Console
     from rich.table import Table
 
@@ -336,23 +337,27 @@ def collect_command(
         list[Path],
         typer.Argument(metavar="SOURCE...", help="Archives of `course hand-in`, bulk downloads, or folders of them."),
     ],
-    into: Annotated[Path, typer.Option(help="Where to lay out STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
+    into: Annotated[Path, typer.Option(help="The folder for STUDENT/ASSIGNMENT/FILES; made if it does not exist.")],
     roster: Rosters = None,
     due: Annotated[
-        str | None, typer.Option(help="Of several hand-ins, the newest until then counts: '2026-11-20 23:59 UTC'.")
+        str | None,
+        typer.Option(help="The due date, such as '2026-11-20 23:59 UTC': the newest hand-in until then counts."),
     ] = None,
     assignment: Annotated[
-        str | None, typer.Option(help="The exercise that is expected; a hand-in of another one is not laid out.")
+        str | None, typer.Option(help="The expected exercise; hand-ins of others are listed, and not collected.")
     ] = None,
     until: Annotated[
         str | None,
         typer.Option(
-            help="A later hand-in is listed, and not laid out; default: the time set by `release --until`, if INTO is "
-            "in the course folder. Its extensions count in both cases."
+            help="The end: later hand-ins are listed, and not collected; default: the end set by `release --until`, if "
+            "INTO is in the course folder. Extensions set there move it in both cases."
         ),
     ] = None,
 ) -> None:
-    """Lay out what students handed in; exit code 1 when something could not be placed, which is named."""
+    """Sort hand-ins into folders, one for each student and exercise.
+
+    The exit code is 1 when some could not be placed; the command lists them, and says why.
+    """
     from autograder.collecting.collect import alone, collect
     from autograder.collecting.collect import describe as describe_collection
     from autograder.submissions.times import parse_time
@@ -369,23 +374,26 @@ def collect_command(
 def return_command(
     out: Out,
     into: Annotated[
-        Path | None, typer.Option(help="Where to write pages and archives; default: the folder `returned` in OUTPUT.")
+        Path | None, typer.Option(help="The folder for pages and archives; default: `returned` in OUTPUT.")
     ] = None,
     form: Annotated[
-        Form | None, typer.Option("--for", help="Where the pages go; default: each where its submission came from.")
+        Form | None,
+        typer.Option("--for", help="The destination of the pages; default: where each submission came from."),
     ] = None,
     assignment: Assignment = None,
     student: Students = None,
     roster: Rosters = None,
     changed: Annotated[
-        bool, typer.Option("--changed", help="Only pages that say something else than when they were returned last.")
+        bool, typer.Option("--changed", help="Only pages that have changed since they were last returned.")
     ] = False,
-    no_gradebook: Annotated[bool, typer.Option("--no-gradebook", help="Leave out what was marked by hand.")] = False,
+    no_gradebook: Annotated[
+        bool, typer.Option("--no-gradebook", help="Leave out marks by hand and late penalties.")
+    ] = False,
     gradebook: GradebookUrl = None,
 ) -> None:
-    """Make what goes back to students: their pages, with marks by hand and lateness, packed for Canvas and Moodle.
+    """Prepare the pages to return to students, with marks by hand and lateness, packed for Canvas and Moodle.
 
-    The exit code is 1 when a page is not returned; the command says which ones, and why.
+    The exit code is 1 when pages are not returned; the command lists them, and says why.
     """
     from autograder.returning.giving_back import FOLDER, give_back, place_for_changed
     from autograder.returning.giving_back import describe as describe_returned
@@ -404,31 +412,32 @@ def return_command(
 @app.command("export")
 def export_command(
     out: Out,
-    form: Annotated[Grades, typer.Option("--for", help="Who reads the file.")],
+    form: Annotated[Grades, typer.Option("--for", help="The format of the file.")],
     to: Annotated[Path, typer.Option(help="The file to write.")],
     automatic: Annotated[
-        bool, typer.Option("--automatic", help="Export what the tests gave, without waiting for marks by hand.")
+        bool, typer.Option("--automatic", help="Export the points of the tests, without waiting for marks by hand.")
     ] = False,
     missing_is_zero: Annotated[
-        bool, typer.Option("--missing-is-zero", help="Give 0 points for what was not handed in, instead of nothing.")
+        bool, typer.Option("--missing-is-zero", help="Write 0 points for missing hand-ins; default: leave them empty.")
     ] = False,
     from_canvas: Annotated[
-        Path | None, typer.Option(help="The gradebook as Canvas exports it, for --for canvas.")
+        Path | None, typer.Option(help="The gradebook exported from Canvas; needed with --for canvas.")
     ] = None,
     user: Annotated[
-        str | None, typer.Option(help=f"What Moodle finds students by: {', '.join(platforms.MOODLE.columns)}.")
+        str | None,
+        typer.Option(help=f"The column by which Moodle finds students: {', '.join(platforms.MOODLE.columns)}."),
     ] = None,
     assignment: Assignment = None,
     student: Students = None,
     roster: Rosters = None,
     gradebook: GradebookUrl = None,
 ) -> None:
-    """Write the grades for Canvas, Moodle or a table; say who waits for which mark, and who handed in nothing."""
+    """Write the grades for Canvas or Moodle, or as a table; list missing marks and missing hand-ins."""
     from autograder.gradebook.book import existing_url
     from autograder.gradebook.exporting import Wish, export
 
     if user not in (None, *platforms.MOODLE.columns):
-        raise UsageError(f"--user is one of {', '.join(platforms.MOODLE.columns)}")
+        raise UsageError(f"--user must be one of {', '.join(platforms.MOODLE.columns)}")
     bases = output.bases(out, lost=True)
     _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
@@ -445,13 +454,13 @@ def export_command(
     gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
     for why, keys in (
         (REPLACED, [key for key, basis in bases.items() if basis.is_replaced(key)]),
-        ("graded, and their folder is no longer there (was it renamed?)", gone),
+        ("graded, but their folder no longer exists (was it renamed?)", gone),
     ):
         if keys:
             print(printable(one_line(f"LOOK: {why}: {', '.join('/'.join(key) for key in sorted(keys))}")))
     failed = ["/".join(key) for key, report in exported.items() if report.status == INFRASTRUCTURE_ERROR]
     if failed:
-        print(printable(one_line(f"Without a grade, because the grader failed: {', '.join(failed)}.")))
+        print(printable(one_line(f"No grade, because the grader failed: {', '.join(failed)}.")))
         print("`autograder grade` with --resume grades them again; then export again.")
 
 
@@ -459,19 +468,24 @@ def export_command(
 def release_command(
     assignment: Annotated[list[str] | None, typer.Argument(help="The notebooks to release; default: all.")] = None,
     course: Annotated[Path, typer.Option(help="nbgrader's course folder; made if it does not exist.")] = Path("."),
-    notebooks: Annotated[Path | None, typer.Option(help="Where the notebooks are; default: this course's.")] = None,
+    notebooks: Annotated[
+        Path | None, typer.Option(help="The folder of the notebooks; default: that of this course.")
+    ] = None,
     students: Annotated[
         Path | None,
-        typer.Option(help="Put here what students get: the released notebooks and everything needed to run them."),
+        typer.Option(
+            help="Also make this folder for students: the released notebooks, and everything needed to run them."
+        ),
     ] = None,
     due: Annotated[
-        str | None, typer.Option(help="The due date, for the gradebook and the hand-in, as '2026-11-20 23:59 UTC'.")
+        str | None,
+        typer.Option(help="The due date, for the gradebook and the hand-in, such as '2026-11-20 23:59 UTC'."),
     ] = None,
     until: Annotated[
-        str | None, typer.Option(help="After that, the hand-in says that it is too late; 'none' takes an end away.")
+        str | None, typer.Option(help="The end: a later hand-in is told that it is too late. 'none' removes the end.")
     ] = None,
 ) -> None:
-    """Make the student version of notebooks; refuse it if it would show a solution or a hidden test."""
+    """Make the students' version of notebooks; stop if one would show a solution or a hidden test."""
     from autograder.gradebook import ends
     from autograder.gradebook.release import hand_out, release
     from autograder.submissions.times import parse_time
@@ -489,22 +503,22 @@ def release_command(
 def extend(
     students: Annotated[
         list[str] | None,
-        typer.Argument(help="Who gets more time, by the names of their folders; without any, show extensions."),
+        typer.Argument(help="The students, by the names of their folders; without any, list the extensions."),
     ] = None,
     course: Annotated[Path, typer.Option(help="nbgrader's course folder.")] = Path("."),
     assignment: Annotated[str | None, typer.Option(help="For this exercise; default: for all.")] = None,
-    days: Annotated[float | None, typer.Option(min=0, help="How many days more.")] = None,
-    until: Annotated[str | None, typer.Option(help="Or until when, as '2026-11-27 23:59 UTC'.")] = None,
-    take_back: Annotated[bool, typer.Option("--take-back", help="Or take back what was given.")] = False,
+    days: Annotated[float | None, typer.Option(min=0, help="The number of additional days.")] = None,
+    until: Annotated[str | None, typer.Option(help="Or the new deadline, such as '2026-11-27 23:59 UTC'.")] = None,
+    take_back: Annotated[bool, typer.Option("--take-back", help="Or remove the extension.")] = False,
 ) -> None:
-    """Give students more time, and show who has how much; the next export or return works out penalties again."""
+    """Extend deadlines for students, or list the extensions; the next export or return recalculates penalties."""
     from autograder.gradebook import extensions
     from autograder.submissions.times import parse_time
 
     if students and (days is not None) + bool(until) + take_back != 1:
-        raise UsageError("say how much: --days, --until or --take-back, one of them")
+        raise UsageError("give one of --days, --until and --take-back")
     if not students and (days is not None or until or take_back):
-        raise UsageError("say who: the names of students come first")
+        raise UsageError("name the students, before the options")
     extension = parse_time(until) if until else days
     given = extensions.change(course, students or [], assignment, None if take_back else extension)
     if not given:
@@ -520,9 +534,9 @@ def extend(
 @app.command("new")
 def new_command(
     name: Annotated[str, typer.Argument(help="The exercise's name, for example greeter: lower case, as in Python.")],
-    like: Annotated[Kind, typer.Option(help="What it is about.")] = Kind.SERVICE,
+    like: Annotated[Kind, typer.Option(help="The kind of exercise to begin with.")] = Kind.SERVICE,
 ) -> None:
-    """Make a new exercise: a small one that works, for you to change; docs/ADDING.md shows how."""
+    """Make a new exercise, small but complete, for you to change; docs/ADDING.md shows how."""
     from autograder.authoring.new import new
 
     for path in new(name, like):
@@ -539,9 +553,9 @@ def try_command(
     seed: Seed = None,
     patience: Patience = 1.0,
 ) -> None:
-    """Grade your own right and wrong answers to an exercise: which hidden test notices which mistake, and which none.
+    """Grade your own right and wrong answers to an exercise, and show which hidden test notices which mistake.
 
-    The exit code is 1 when a right answer loses points, a wrong one keeps all, or no wrong one loses a hidden test.
+    The exit code is 1 when a right answer loses points, a wrong answer loses none, or a hidden test notices no mistake.
     """
     from autograder.authoring import trying
 
@@ -565,7 +579,7 @@ def main() -> None:
     except SandboxUnavailable as error:
         _fail(f"{error}; --unsafe grades without a sandbox")
     except InfrastructureError as error:
-        _fail(f"stopped, what is done is kept: {error}", INFRASTRUCTURE)
+        _fail(f"stopped, finished work is kept: {error}", INFRASTRUCTURE)
     except OSError as error:
         _fail(_stopped(f"{error.filename or 'writing'}: {storage.why(error)}"), INFRASTRUCTURE)
     except Exception as error:
@@ -573,14 +587,14 @@ def main() -> None:
             raise
         _fail(_stopped(f"the gradebook: {why}"), INFRASTRUCTURE)
     if code == INTERRUPTED:  # typer turns Ctrl-C into an exit code
-        _fail("stopped, what is done is kept", INTERRUPTED)
+        _fail("stopped, finished work is kept", INTERRUPTED)
     raise SystemExit(code)
 
 
 def _stopped(why: str) -> str:
     """Return why a command has stopped, and how to go on."""
     full = any(word in why for word in ("full", os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT)))
-    return f"stopped, what is done is kept: {why}{'. ' + GO_ON if full else ''}"
+    return f"stopped, finished work is kept: {why}{'. ' + GO_ON if full else ''}"
 
 
 def _database_refuses(error: BaseException) -> str:
@@ -642,7 +656,7 @@ def _print_rewritten(book: "Entering | NoBook") -> None:
         print(
             printable(
                 one_line(
-                    f"Answers of {name} that were marked by hand have changed, and wait for a mark again: "
+                    f"Answers of {name} changed after they were marked by hand, and wait for a new mark: "
                     f"{', '.join(students)}."
                 )
             )
@@ -674,7 +688,7 @@ def _tell_of_a_copy(out: Path, bases: Mapping[tuple[str, str], output.Basis]) ->
     for place in sorted({basis.submitted for basis in bases.values()}):
         own = around / Path(place).name
         if Path(place).parent != around and own.is_dir():
-            told = f"LOOK: {out} was graded from {place}, with the gradebook there, and {own} is not looked at"
+            told = f"LOOK: {out} was graded from {place}, with the gradebook there; {own} is ignored"
             print(printable(f"{told}: was the course's folder copied or moved?"), file=sys.stderr)
 
 

@@ -36,7 +36,7 @@ def missing(classroom: Classroom) -> list[Member]:
         name = classroom.user(member)
         if _exists(name) and name not in known:
             raise UsageError(
-                f"the Unix user {name} exists, and this classroom did not make it: remove it, or give another --prefix"
+                f"the Unix user {name} exists, but not from this class: remove it, or give another --prefix"
             )
         if not _exists(name):
             found.append(member)
@@ -167,7 +167,7 @@ def remove(classroom: Classroom) -> list[str]:
     _keep_passwords(classroom)
     uids = {pwd.getpwnam(name).pw_uid for name in known if _exists(name)}
     if not wait_until(lambda: not _end(uids), ENDED, alert=False):
-        raise ClassroomError("processes of the students' users cannot be ended; run `down` again")
+        raise ClassroomError("processes of students could not be ended; run `down` again")
     removed = []
     for name in sorted(known, key=_exists, reverse=True):  # users before the group
         if _exists(name):
@@ -195,7 +195,7 @@ def _unused(classroom: Classroom) -> int:
     had = {number for each in left for number in (each.st_uid, each.st_gid)}
     free = (number for number in range(*NUMBERS) if not (number in had or _is_user(number) or _is_group(number)))
     if not (found := next(free, 0)):
-        raise ClassroomError("all numbers of users are taken on this machine")
+        raise ClassroomError("all user ids of this machine are taken")
     return found
 
 
@@ -214,7 +214,7 @@ def _make_groups(classroom: Classroom, kept: dict[str, Path]) -> None:
     for name in kept:
         if _group(name) and name not in known:
             raise UsageError(
-                f"the Unix group {name} exists, and this classroom did not make it: remove it, or give another --prefix"
+                f"the Unix group {name} exists, but not from this class: remove it, or give another --prefix"
             )
     for again in (True, False):  # these first, so that no other group is given their ids
         for name, folder in kept.items():

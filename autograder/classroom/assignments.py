@@ -133,7 +133,7 @@ def _state(dates: Dates, there: bool, now: datetime) -> str:
 
 
 def _handed_in(classroom: Classroom) -> dict[str, set[str]]:
-    """Return who has handed in each exercise before their end: whoever owns what lies there, whatever its name says."""
+    """Return the students who handed in each exercise in time: the owners of the hand-ins, whatever their names say."""
     found: dict[str, set[str]] = {}
     users = {accounts.ids(classroom, member)[0]: member.name for member in classroom.students}
     ends = {name: _ends(classroom, name) for name in users.values()}

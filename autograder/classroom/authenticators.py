@@ -45,11 +45,11 @@ class Refused(APIHandler):
 
     async def prepare(self) -> None:
         """Refuse every request."""
-        raise HTTPError(403, "The servers of a class are shared with nobody, and there are no groups.")
+        raise HTTPError(403, "Sharing servers and groups are disabled in a class.")
 
 
 class EndsLogins(LogoutHandler):
-    """Ends all log-ins of whoever logs out: a cookie that somebody has kept is good for nothing then."""
+    """The page to log out, which ends all log-ins of its user: a cookie from before is no longer valid."""
 
     async def handle_logout(self) -> None:
         """Renew what the cookies of a user are made of."""
@@ -77,7 +77,7 @@ class Careful(Authenticator):
         except KeyError:
             return None
         if not addresses.belongs(self.classroom, member.instructor, handler.request.host):
-            raise HTTPError(403, f"You come in at {self.classroom.address_of(member)}")
+            raise HTTPError(403, f"Log in at {self.classroom.address_of(member)}")
         browser = _browser(handler, name)
         self._attempts.forget_before(name, attempts.unlocked(self.classroom, name))
         place = browser or handler.request.remote_ip

@@ -39,7 +39,7 @@ def write(classroom: Classroom, file: Path) -> tuple[int, list[str]]:
     """
     without_user = accounts.missing(classroom)
     if hub.running(classroom) or servers.started(classroom) or len(without_user) < len(classroom.members):
-        raise UsageError("the class is up: `down` first; everybody keeps their password")
+        raise UsageError("the class is up: run `down` first; everybody keeps their password")
     if file.exists():
         raise UsageError(f"{file} exists; name another file")
     draft = file.with_name(f".{file.name}.part")
@@ -208,7 +208,7 @@ def read(file: Path, folder: Path) -> Classroom:
                 raise ClassroomError(f"{file} cannot be unpacked: {error}") from None
         draft.chmod(storage.PRIVATE_FOLDER)
         if not (draft / "state" / SETTINGS).exists():
-            raise UsageError(f"{file} is no backup of a class")
+            raise UsageError(f"{file} is not a backup of a class")
         classroom = replace(Classroom.load(draft), folder=folder)
         _take_from_who_left(draft, {member.name for member in classroom.members})
         settings = json.loads((draft / "state" / SETTINGS).read_text()) | {"folder": str(folder)}

@@ -42,7 +42,11 @@ def main(folder: Path) -> None:
         except (AutograderError, OSError) as error:
             if str(error) != said:
                 said = str(error)
-                print(f"No exercise is released at its date, and no date told: {said}", file=sys.stderr, flush=True)
+                print(
+                    f"Exercises are not released at their dates, nor dates published: {said}",
+                    file=sys.stderr,
+                    flush=True,
+                )
         threading.Event().wait(AGAIN if said else LOOK)
 
 

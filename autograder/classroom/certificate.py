@@ -44,13 +44,13 @@ def warning(certificate: str, now: datetime) -> str:
     try:
         found = x509.load_pem_x509_certificates(Path(certificate).read_bytes())[0]  # its issuers' follow it
     except (OSError, ValueError):
-        return f"The certificate {certificate} is not there any more, or cannot be read."
+        return f"The certificate {certificate} no longer exists or cannot be read."
     if now < found.not_valid_before_utc:
         return f"The certificate is not valid before {found.not_valid_before_utc:{MINUTES}} UTC: browsers warn."
     if now >= found.not_valid_after_utc:
-        return f"The certificate ended on {found.not_valid_after_utc:%Y-%m-%d}: browsers warn. Renew it."
+        return f"The certificate expired on {found.not_valid_after_utc:%Y-%m-%d}: browsers warn. Renew it."
     if now >= found.not_valid_after_utc - SOON:
-        return f"The certificate ends on {found.not_valid_after_utc:%Y-%m-%d}: renew it."
+        return f"The certificate expires on {found.not_valid_after_utc:%Y-%m-%d}: renew it."
     return ""
 
 
@@ -58,7 +58,7 @@ def _load(certificate: Path, key: Path) -> None:
     """Load certificate and key, as the hub's proxy will; raises UsageError."""
 
     def locked() -> str:
-        raise UsageError(f"{key} is locked with a password: write it without one, `openssl pkey -in {key} -out NEW`")
+        raise UsageError(f"{key} is protected by a password: write it without one, `openssl pkey -in {key} -out NEW`")
 
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     path = certificate
@@ -70,6 +70,6 @@ def _load(certificate: Path, key: Path) -> None:
         if (error.reason or "").endswith("MISMATCH"):
             raise UsageError(f"{key} is not the key of {certificate}") from None
         what = "certificate" if path == certificate else "key"
-        raise UsageError(f"{path} holds no {what}: a PEM file is needed") from None
+        raise UsageError(f"{path} contains no {what}: a PEM file is needed") from None
     except OSError as error:
         raise UsageError(f"{path} cannot be read: {error.strerror}") from None

@@ -77,14 +77,14 @@ def extend(classroom: Classroom, asked: dict[str, str]) -> list[str]:
     from autograder.submissions.times import parse_time
 
     if asked["student"] not in {member.name for member in classroom.students}:
-        raise UsageError("say who: choose a student")
+        raise UsageError("choose a student")
     command = ["autograder", "extend", asked["student"], "--course", box.GRADING]
     if asked["exercise"] not in ("", ALL):
         command += [f"--assignment={asked['exercise']}"]
     if asked["take_back"]:
         return [*command, "--take-back"]
     if bool(asked["days"]) == bool(asked["until"]):
-        raise UsageError("say how much: a number of days, or a time")
+        raise UsageError("give a number of days or a time")
     if asked["until"]:
         return [*command, f"--until={parse_time(asked['until'] + ' UTC'):{MINUTES}} UTC"]
     try:
@@ -106,8 +106,8 @@ async def overview(folder: Any) -> dict[str, Any]:
         out, errors = await asyncio.wait_for(process.communicate(), LONGEST)
     except TimeoutError:
         process.kill()
-        raise web.HTTPError(503, "It is not known in time how far the class is; try again.") from None
+        raise web.HTTPError(503, "The state of the class could not be read in time; try again.") from None
     if process.returncode:
-        said = errors.decode(errors="replace").strip().splitlines() or ["it does not say why"]
-        raise web.HTTPError(500, f"It cannot be told how far the class is: {said[-1]}")
+        said = errors.decode(errors="replace").strip().splitlines() or ["no reason was given"]
+        raise web.HTTPError(500, f"The state of the class could not be read: {said[-1]}")
     return dict(json.loads(out))

@@ -42,10 +42,10 @@ app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="A class on this machine: JupyterHub, with each student alone in a box.",
+    help="Run a class on this machine: JupyterHub, with each student's server in a sandbox.",
 )
-Folder = Annotated[Path, typer.Option(help="Where the classroom's files are.")]
-DryRun = Annotated[bool, typer.Option("--dry-run", help="Say what would be done, and do nothing.")]
+Folder = Annotated[Path, typer.Option(help="The folder with the files of the class.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show what would be done, without doing it.")]
 
 
 @app.command()
@@ -54,7 +54,8 @@ def up(
         Path | None,
         typer.Option(
             "--roster",
-            help="A CSV file with the columns `student` and, for instructors, `role`; default: who was in it before.",
+            help="The class, a CSV file with the columns `student` and, for instructors, `role`; default: the members "
+            "from the last `up`.",
         ),
     ] = None,
     instructor: Annotated[
@@ -65,38 +66,42 @@ def up(
         Path | None, typer.Option("--certificate", help="The certificate for HTTPS, a PEM file.")
     ] = None,
     key: Annotated[Path | None, typer.Option(help="The certificate's key, a PEM file.")] = None,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Where browsers find it.")] = 8000,
+    port: Annotated[int, typer.Option(min=1, max=65535, help="The port to listen on.")] = 8000,
     ip: Annotated[
         str | None,
         typer.Option(help="The address to listen on; default: all with a certificate, and 127.0.0.1 without."),
     ] = None,
     host: Annotated[
         str | None,
-        typer.Option(help="A name of this machine whose subdomains (*.NAME) lead here, too: each server has one."),
+        typer.Option(help="A name of this machine whose subdomains (*.NAME) also lead here: each server gets one."),
     ] = None,
     instructors_port: Annotated[
-        int | None, typer.Option(min=1, max=65535, help="Without --host: where instructors come in; default: port + 1.")
+        int | None, typer.Option(min=1, max=65535, help="The port for instructors, without --host; default: port + 1.")
     ] = None,
     passwords: Annotated[
-        str, typer.Option(help="pam: of the Unix users, who are given one each; dummy: one for all, for trying.")
+        str,
+        typer.Option(help="pam: a password for each member; dummy: one password for all students, for trials only."),
     ] = "pam",
-    prefix: Annotated[str, typer.Option(help="What the names of the Unix users begin with.")] = "ros-",
-    memory: Annotated[float, typer.Option(min=0.5, help="GiB that a student may take.")] = 3.0,
-    tasks: Annotated[int, typer.Option(min=100, help="Processes and threads that a student may have.")] = 1000,
-    cores: Annotated[float, typer.Option(min=0.1, help="Processors that a student may keep busy.")] = 2.0,
+    prefix: Annotated[str, typer.Option(help="The prefix of the names of the Unix users.")] = "ros-",
+    memory: Annotated[float, typer.Option(min=0.5, help="The memory for each student, in GiB.")] = 3.0,
+    tasks: Annotated[int, typer.Option(min=100, help="The number of processes and threads for each student.")] = 1000,
+    cores: Annotated[float, typer.Option(min=0.1, help="The number of processors for each student.")] = 2.0,
     idle: Annotated[
         float,
-        typer.Option(min=0.1, help="Minutes until an idle kernel is ended, with its nodes; a server after twice that."),
+        typer.Option(
+            min=0.1,
+            help="Minutes after which an idle kernel is ended, with its nodes; an idle server after twice as long.",
+        ),
     ] = 60,
     dry_run: DryRun = False,
 ) -> None:
     """Start the class, or start it again with another roster or other settings.
 
-    Servers go on, but for those of members who are no longer in the roster.
+    Running servers continue, except those of members who are no longer in the roster.
     """
     _root()
     if passwords not in PASSWORDS:
-        raise UsageError(f"--passwords {passwords}: it is pam or dummy")
+        raise UsageError(f"--passwords {passwords}: it must be pam or dummy")
     if wrong := members.wrong(prefix):
         raise UsageError(f"--prefix: {wrong}")
     ip = ip if ip is not None else ("" if certificate_file else LOOPBACK)
@@ -124,7 +129,7 @@ def up(
     new = accounts.missing(classroom)
     if taken := hub.taken_port(classroom, before):
         option = "--port" if taken == classroom.port else "--instructors-port"
-        raise UsageError(f"port {taken} is in use: end what listens there, or give another {option}")
+        raise UsageError(f"port {taken} is in use: stop the program that listens there, or give another {option}")
     if dry_run:
         _tell_plan(classroom, new)
         return
@@ -140,7 +145,7 @@ def _members(folder: Path, roster_file: Path | None, instructors: list[str]) -> 
         raise UsageError(f"there is no class in {folder} yet: give --roster")
     before = Classroom.load(folder).members
     if unknown := sorted({*instructors} - {member.name for member in before if member.instructor}):
-        raise UsageError(f"{unknown[0]} was no instructor before: give --roster, too")
+        raise UsageError(f"{unknown[0]} was not an instructor before; also give --roster")
     return before
 
 
@@ -158,7 +163,7 @@ def _up(classroom: Classroom) -> None:
         moved = before.host != classroom.host or (bool(classroom.host) and before.url != classroom.url)
         for name in sorted(left if moved else left.keys() & gone):
             servers.forget(classroom, name, left[name])
-            why = "who is not in the class any more, or has another role" if name in gone else "whose address changes"
+            why = "who is no longer in the class or has another role" if name in gone else "whose address changes"
             print(f"Ended the server of {name}, {why}.")
     classroom.save()
     if hub.install_proxy():
@@ -179,7 +184,7 @@ def _up(classroom: Classroom) -> None:
             print(f"Kept the passwords that {counted(kept, 'member')} had before `down`.")
     else:
         known = hub.shared_passwords(classroom)
-        print("FOR TRYING ONLY: whoever knows this password can come in as any student.")
+        print("FOR TRIALS ONLY: anybody who knows this password can log in as any student.")
         print(f"Password of all students: {known['students']}")
         print(f"Password of the instructors: {known['instructors']}")
     hub.start(classroom)
@@ -203,8 +208,8 @@ def _tend_shared(classroom: Classroom, instructors_left: list[str]) -> None:
     def set_aside() -> None:
         if instructors_left and (aside := course_files.set_aside_configuration(classroom)):
             print(
-                f"{_listed(instructors_left)}: no instructor any more, and could write into {classroom.grading}. So "
-                f"its configuration, which each command runs, is new; the former one is {_listed(aside)}."
+                f"No longer instructors: {_listed(instructors_left)}. They could edit the configuration in "
+                f"{classroom.grading}, so it was replaced; the old one is {_listed(aside)}."
             )
 
     def hand_out() -> None:
@@ -215,8 +220,8 @@ def _tend_shared(classroom: Classroom, instructors_left: list[str]) -> None:
         return  # its configuration may be that of somebody who has left, and would run
     _attempt("nbgrader's course folder was not prepared", lambda: course_files.release(classroom, []))
     _attempt("The gradebook's list of students was not updated", lambda: course_files.enrol(classroom))
-    _attempt("Students are not told their dates", lambda: deadlines.publish(classroom))
-    _attempt("No notebooks were laid into the home folders", hand_out)
+    _attempt("The dates were not published", lambda: deadlines.publish(classroom))
+    _attempt("The notebooks were not copied into the home folders", hand_out)
 
 
 def _attempt(otherwise: str, work: Callable[[], object]) -> bool:
@@ -240,7 +245,7 @@ def _table(classroom: Classroom) -> list[assignments.Row]:
 
 @app.command()
 def status(folder: Folder = DEFAULT) -> None:
-    """Show whether the hub runs, whose servers, and who uses the disk; exit code 1 when the hub does not run."""
+    """Show the state of the hub, the running servers and the disk use; exit code 1 when the hub does not run."""
     _root()
     classroom = Classroom.load(folder.resolve())
     up_ = hub.running(classroom) is not None
@@ -261,11 +266,11 @@ def status(folder: Folder = DEFAULT) -> None:
         print(f"  {name}")
     used = course_files.disk(classroom)
     most = ", ".join(
-        f"{name} {'more than can be counted' if size is None else f'{size / MIB:,.0f} MiB'}"
+        f"{name} {'too large to measure' if size is None else f'{size / MIB:,.0f} MiB'}"
         for name, size in list(used.items())[:MOST]
     )
     free, total = shutil.disk_usage(classroom.homes).free, sum(size or 0 for size in used.values())
-    print(f"Homes take {total / MIB:,.0f} MiB, and {free / GIB:,.0f} GiB are free. Most: {most}.")
+    print(f"Home folders use {total / MIB:,.0f} MiB; {free / GIB:,.0f} GiB are free. Most: {most}.")
     raise typer.Exit(0 if up_ else 1)
 
 
@@ -274,11 +279,11 @@ def release(
     names: Annotated[list[str] | None, typer.Argument(metavar="NAME...", help="The exercises.")] = None,
     everything: Annotated[bool, typer.Option("--all", help="All exercises.")] = False,
     at: Annotated[
-        str | None, typer.Option(help="Release it then, as '2026-11-02 08:00 UTC'; default: at once.")
+        str | None, typer.Option(help="The release date, such as '2026-11-02 08:00 UTC'; default: now.")
     ] = None,
-    due: Annotated[str | None, typer.Option(help="Until then a hand-in is on time.")] = None,
+    due: Annotated[str | None, typer.Option(help="The due date.")] = None,
     until: Annotated[
-        str | None, typer.Option(help="After that a hand-in is not collected any more; 'none' takes an end away.")
+        str | None, typer.Option(help="The end: later hand-ins are not collected. 'none' removes the end.")
     ] = None,
     folder: Folder = DEFAULT,
 ) -> None:
@@ -295,13 +300,13 @@ def release(
     if unknown := sorted(set(wanted) - set(known)):
         raise UsageError(f"there is no exercise {unknown[0]}; there are: {', '.join(known)}")
     if accounts.missing(classroom):
-        raise UsageError("the class is down: `up` first")
+        raise UsageError("the class is down: run `up` first")
     opens, is_due = (parse_time(time) if time else None for time in (at, due))
     end = ends.parse(until) if until else None
     with hub.alone(classroom):
         now, there = datetime.now(UTC), course_files.released(classroom)
         if at and (open_now := sorted(there & {*wanted})):
-            raise UsageError(f"{open_now[0]} is released already: --at comes too late")
+            raise UsageError(f"{open_now[0]} is already released: --at cannot change that")
         new = [name for name in wanted if name not in there]
         assignments.change(classroom, wanted, dict.fromkeys(new, opens or now), is_due, end)
         for name in course_files.release(classroom, [name for name in new if (opens or now) <= now]):
@@ -313,14 +318,14 @@ def release(
         if row.name in wanted:
             print(assignments.shown(row))
     if any(row.state == assignments.DATED for row in assignments.table(classroom, now)) and not hub.running(classroom):
-        print("The hub does not run: what has a date is released once it does.")
+        print("The hub does not run: exercises with a date are released once it runs again.")
 
 
 @app.command()
 def unlock(
     name: Annotated[str, typer.Argument(help="The member's name, as in the roster.")], folder: Folder = DEFAULT
 ) -> None:
-    """Let a member log in at once again, after too many wrong passwords."""
+    """Let a member log in again at once, after too many wrong passwords."""
     _root()
     classroom = Classroom.load(folder.resolve())
     if name not in {member.name for member in classroom.members}:
@@ -333,16 +338,16 @@ def unlock(
 def password(
     name: Annotated[str, typer.Argument(help="The member's name, as in the roster.")], folder: Folder = DEFAULT
 ) -> None:
-    """Give a member a new password, written to a file that is named; end their server, and log them out everywhere."""
+    """Give a member a new password, and name the file with it; end their server, and log them out everywhere."""
     _root()
     classroom = Classroom.load(folder.resolve())
     found = [member for member in classroom.members if member.name == name]
     if not found:
         raise UsageError(f"{name} is not in the class")
     if classroom.passwords != "pam":
-        raise UsageError("this class is for trying: all share a password")
+        raise UsageError("this class has one password for all (--passwords dummy)")
     if accounts.missing(replace(classroom, members=tuple(found))):
-        raise UsageError("the class is down: `up` first")
+        raise UsageError("the class is down: run `up` first")
     with hub.alone(classroom):
         written = accounts.renew(classroom, found[0])
         attempts.unlock(classroom, name)
@@ -355,11 +360,11 @@ def password(
 def down(
     folder: Folder = DEFAULT,
     delete_homes: Annotated[
-        bool, typer.Option("--delete-homes", help="Remove all files of the class, also what was handed in and graded.")
+        bool, typer.Option("--delete-homes", help="Remove all files of the class, including hand-ins and grades.")
     ] = False,
     dry_run: DryRun = False,
 ) -> None:
-    """End the class: all servers, the hub, and the Unix users that were made. Files are kept, unless told otherwise."""
+    """End the class: stop all servers and the hub, and remove its Unix users. Files are kept, unless told otherwise."""
     _root()
     classroom = Classroom.load(folder.resolve())
     if dry_run:
@@ -391,41 +396,46 @@ def down(
 def backup_command(
     file: Annotated[Path, typer.Argument(help="The file to write, for example class.tar.gz.")], folder: Folder = DEFAULT
 ) -> None:
-    """Write the class, which is down, to one file: homes, exchange, grades, settings and passwords."""
+    """Write a class that is down to one file: home folders, exchange, grades, settings and passwords."""
     _root()
     classroom = Classroom.load(folder.resolve())
     with hub.alone(classroom):
         size, too_deep = backup.write(classroom, file.absolute())
-    print(f"{file}: {len(classroom.members)} members, {size / MIB:,.1f} MiB. Whoever can read it can read all of it.")
+    print(
+        f"{file}: {len(classroom.members)} members, {size / MIB:,.1f} MiB. Keep it private: it contains all work, "
+        "grades and passwords."
+    )
     for path in too_deep[:LISTED]:
-        print(one_line(f"  left out, because it goes too deep: {path}"))
+        print(one_line(f"  left out: nested too deeply: {path}"))
     if len(too_deep) > LISTED:
         print(f"  left out for the same reason: {len(too_deep) - LISTED} more folders")
 
 
 @app.command("restore")
-def restore_command(
-    file: Annotated[Path, typer.Argument(help="What `backup` has written.")], folder: Folder = DEFAULT
-) -> None:
-    """Lay out the class of a file, on this machine or another: then `up` starts it, with all work and passwords."""
+def restore_command(file: Annotated[Path, typer.Argument(help="The backup file.")], folder: Folder = DEFAULT) -> None:
+    """Restore a class from a backup, on this machine or another; then `up` starts it, with all work and passwords."""
     _root()
     if not file.exists():
         raise UsageError(f"there is no file {file}")
     classroom = backup.read(file.absolute(), folder.resolve())
     print(f"{classroom.folder}: {len(classroom.members)} members, with their work, grades and passwords.")
-    print(f"Start it: {classroom.command('up')}, and what else you gave before.")
+    print(f"Start it: {classroom.command('up')}, with the options that you gave before.")
 
 
 @app.command("capacity")
 def capacity_command(
-    students: Annotated[list[int] | None, typer.Option(min=1, help="How many; repeat the option for several.")] = None,
-    at_once: Annotated[float, typer.Option(min=0.01, max=1, help="The share of them that works at once.")] = 1.0,
-    minutes: Annotated[float, typer.Option(min=1, help="Minutes that one page takes them.")] = 30.0,
-    hours: Annotated[float, typer.Option(min=0.1, help="Hours in which one exercise shall be graded.")] = 1.0,
-    machine_memory: Annotated[float, typer.Option(min=1, help="GiB of one machine.")] = 64.0,
-    machine_cores: Annotated[int, typer.Option(min=1, help="Cores of one machine.")] = 16,
+    students: Annotated[
+        list[int] | None, typer.Option(min=1, help="The number of students; repeat the option for several numbers.")
+    ] = None,
+    at_once: Annotated[
+        float, typer.Option(min=0.01, max=1, help="The share of the students who work at the same time.")
+    ] = 1.0,
+    minutes: Annotated[float, typer.Option(min=1, help="Minutes that a student needs for a page.")] = 30.0,
+    hours: Annotated[float, typer.Option(min=0.1, help="Hours in which an exercise should be graded.")] = 1.0,
+    machine_memory: Annotated[float, typer.Option(min=1, help="The memory of a machine, in GiB.")] = 64.0,
+    machine_cores: Annotated[int, typer.Option(min=1, help="The number of cores of a machine.")] = 16,
 ) -> None:
-    """Reckon from measured figures what a class needs; default: for 60, 600 and 6,000 students."""
+    """Estimate what a class needs from measured figures; default: for 60, 600 and 6,000 students."""
     from rich.console import Console
     from rich.table import Table
 
@@ -445,7 +455,7 @@ def capacity_command(
     console = Console(width=None if sys.stdout.isatty() else 120)
     console.print(table)
     console.print(
-        f"Reckoned with {capacity.SPARE} times what was measured. A page takes {minutes:g} min, in which each cell "
+        f"Estimated as {capacity.SPARE} times the measured figures. A page takes {minutes:g} min, in which each cell "
         f"is run {capacity.PASSES} times. Measured:"
     )
     for name, group in capacity.figures().items():
@@ -474,7 +484,7 @@ def _fail(message: str, code: int = USAGE) -> NoReturn:
 
 def _root() -> None:
     if os.geteuid() != 0:
-        raise UsageError("it makes users and namespaces: run it as root, for example with sudo")
+        raise UsageError("run this command as root, for example with sudo: it creates users and namespaces")
 
 
 def _warn_of_namesakes(classroom: Classroom) -> None:
@@ -484,9 +494,9 @@ def _warn_of_namesakes(classroom: Classroom) -> None:
         same = sorted(own & {member.name for member in other.members})
         if same and (other.host == classroom.host or not (other.host and classroom.host)):
             print(
-                f"CAREFUL: also in the class of {other.folder}, at the same address: {_listed(same)}. If they are "
-                "other people there, each can take over the other's server: give one class another --host, or other "
-                "names. Nobody can stay logged in to both."
+                f"WARNING: also in the class of {other.folder}, at the same address: {_listed(same)}. If these are "
+                "different people, each can take over the other's server: give one class another --host, or other "
+                "names. Nobody can stay logged in to both classes."
             )
 
 
@@ -499,9 +509,9 @@ def _addresses(classroom: Classroom) -> str:
     """Return a line that says what keeps a student's pages from acting as the person who opens them."""
     if classroom.host:
         names = f"NAME.{classroom.host}"
-        return f"Each server has an address of its own, {names}: no page of a student's acts as who opens it."
+        return f"Each server has its own address, {names}, so a student's page cannot act as the person who opens it."
     return (
-        f"Students' servers share an address, so instructors come in at http://{classroom.staff_address}/ alone, "
+        f"Students' servers share an address, so instructors log in only at http://{classroom.staff_address}/, "
         f"from here or by `ssh -L {classroom.staff_port}:localhost:{classroom.staff_port} THIS-MACHINE`."
     )
 
@@ -513,7 +523,7 @@ def _before(classroom: Classroom) -> Classroom | None:
     except UsageError:
         return None
     if before.prefix != classroom.prefix and (hub.left(before) or accounts.noted(before)):
-        raise UsageError(f"this classroom's prefix is {before.prefix}: `down` first, to change it")
+        raise UsageError(f"the prefix of this class is {before.prefix}: run `down` before you change it")
     return before if hub.left(before) else None
 
 
@@ -524,7 +534,7 @@ def _tell_plan(classroom: Classroom, new: list[members.Member]) -> None:
     print(f"Would keep the class in {classroom.folder}: homes, exchange, grading, state.")
     if not hub.proxy().exists():
         print("Would install the hub's proxy with npm.")
-    print(f"Would copy the released notebooks into each new home; it releases none: `{classroom.command('release')}`.")
+    print(f"Would copy the released notebooks into each new home; `{classroom.command('release')}` releases them.")
     print(
         f"Would give each student {limits.memory / GIB:g} GiB, {limits.tasks} processes and threads, "
         f"{limits.cores:g} processors, and end idle kernels after {limits.kernel_idle / 60:g} min."

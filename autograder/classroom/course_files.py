@@ -62,7 +62,7 @@ def check_room(classroom: Classroom) -> None:
     if (free := known.f_bfree * known.f_frsize) < LEAST_ROOM:
         raise ClassroomError(
             f"the disk with {classroom.folder} is full: {free >> 10} KiB are left, and the class needs "
-            f"{LEAST_ROOM >> 20} MiB to start. Nothing was changed: make room, and give the command again"
+            f"{LEAST_ROOM >> 20} MiB to start. Nothing was changed: free some space, and give the command again"
         )
 
 
@@ -214,13 +214,13 @@ def hand_out_notebooks(classroom: Classroom) -> list[str]:
             without_place = homes.lay(classroom.home(member), *accounts.ids(classroom, member), things)
         except ClassroomError as error:
             failed.append(
-                f"The notebooks could not be laid into the home folder of {member.name}: {error}. Correct this, and "
-                f"`{classroom.command('up')}` lays them there."
+                f"The notebooks could not be copied into the home folder of {member.name}: {error}. Correct this, and "
+                f"`{classroom.command('up')}` copies them."
             )
             continue
         if without_place:
             names = ", ".join(without_place)
-            failed.append(f"{member.name} has something else where this belongs, so it was not laid out: {names}.")
+            failed.append(f"Not copied, because {member.name} has something else in that place: {names}.")
     return failed
 
 
@@ -306,7 +306,7 @@ def _share(folder: int, name: str, staff: int, mode: int) -> None:
     opened = os.open(name, homes.FOLDER, dir_fd=folder)
     try:
         if os.fstat(opened).st_uid:
-            raise PermissionError(errno.EPERM, "it is not root's")
+            raise PermissionError(errno.EPERM, "it does not belong to root")
         os.fchown(opened, 0, staff)
         os.fchmod(opened, mode)
     finally:

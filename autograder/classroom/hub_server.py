@@ -108,7 +108,7 @@ class TrustsTheProxyOnly(Passing):
 
 
 class InTurn(Passing):
-    """A request that may have to wait before it is handled; whoever gives up meanwhile is not served."""
+    """A request that may have to wait before it is handled; it is dropped if its client gives up meanwhile."""
 
     def __init__(self, handler: HTTPMessageDelegate, connection: HTTP1Connection, wait: Callable[[], float]):
         super().__init__(handler)

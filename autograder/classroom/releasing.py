@@ -30,7 +30,7 @@ def main(course: Path, names: list[str]) -> None:
     for name in names:
         done = nbgrader.release_assignment(name)
         if not done["success"]:
-            said = (done.get("error") or done.get("log") or "it does not say why").strip()
+            said = (done.get("error") or done.get("log") or "no reason was given").strip()
             sys.exit(f"nbgrader could not release {name}: {said.splitlines()[-1]}")
 
 

@@ -60,11 +60,11 @@ def contents(file: BinaryIO, most: int = MAX_CLASS_FILES, tarball: Allowance | N
     for info in infos:
         path = PurePosixPath(info.filename.replace("\\", "/"))
         if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in info.orig_filename:
-            yield f"the path {shortened(info.orig_filename)} leads out of it"
+            yield f"the path {shortened(info.orig_filename)} leads outside the archive"
         elif len(path.parts) > DEEPEST:
-            yield f"the path {shortened(info.filename)} is too deep"
+            yield f"the path {shortened(info.filename)} is nested too deeply"
         elif path in seen:
-            yield f"{shortened(str(path))} is in it twice"
+            yield f"{shortened(str(path))} is in the archive twice"
         else:
             seen.add(path)
             yield Packed(path, _changed(info), partial(archive.read, info))

@@ -41,9 +41,9 @@ from course.hand_in import RECEIPT
 File = TypeVar("File", ArchivedFile, Packed)
 WRAPPED = 3  # nested archives
 MOST_OTHER = 20  # files of a folder that are listed one by one as not handed in
-CLOSED = "its owner has closed it, and must open or remove it"
+CLOSED = "no permission to read it: ask its owner to change that, or to remove it"
 NO_FORM = "its name matches neither Canvas nor Moodle"
-NOBODYS = "a platform has named it, but the name does not identify one student: their name there may be unusual"
+NOBODYS = "a platform named it, but the name does not identify a student: their name there may be unusual"
 UNPACKED = (
     "a folder with a name that Canvas gives to a student's file: the names of the files in it are of the student's own "
     "choice. Pack it as .zip, under the same name, or rename it if it is not an upload"
@@ -152,8 +152,8 @@ def _below(
 
 def _why_not(path: PurePath) -> str:
     if is_other_archive(path.name):
-        return f"an archive of a kind that is not opened: unpack it, and pack it as {ARCHIVE}"
-    return "neither an archive nor named by a platform, so it is unknown whose it is"
+        return f"this kind of archive cannot be opened: unpack it, and pack it as {ARCHIVE}"
+    return "neither an archive nor named by a platform, so its student is unknown"
 
 
 def is_other_archive(name: str) -> bool:
@@ -177,7 +177,7 @@ def unpacked(path: Path, assignment: str) -> Iterator[Path]:
     with tempfile.TemporaryDirectory(prefix="handed-in-") as folder:
         for member in inside:
             if str(member.path) == RECEIPT and (claimed := receipt(member.content).get("assignment")) != assignment:
-                other = claimed if claimed in exercises.names() else "something that is not an exercise of this course"
+                other = claimed if claimed in exercises.names() else "an exercise that this course does not have"
                 raise UsageError(f"{path} is a hand-in of {other}, not of {assignment}")
             if str(member.path) in wanted:
                 (Path(folder) / member.path.name).write_bytes(member.content)

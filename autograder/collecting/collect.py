@@ -33,7 +33,7 @@ OTHERS = ".others"  # hand-ins that do not count
 Found = dict[tuple[str, str], list[HandedIn]]  # by student and exercise
 Before = Mapping[tuple[str, str], list[Source]]  # recorded origins of earlier hand-ins, by student and exercise
 
-INSTEAD = "it came from no platform, and replaces a hand-in from {}: check whose it is"
+INSTEAD = "it did not come from a platform, but replaces a hand-in from {}: check whose it is"
 MOST_UNNAMED = 300  # students of one archive in which no platform has named anybody, without a roster
 NAME_EACH = "name each in a roster (--roster)"
 EAST_ASIAN = {"CJK", "HIRAGANA", "KATAKANA", "HANGUL", "BOPOMOFO"}  # scripts that one name may have
@@ -174,20 +174,20 @@ def _note_lookalikes(laid_out: Iterable[HandedIn], into: Path) -> None:
         alike[seen(name)].append(name)
     for each in laid_out:
         if others := [name for name in alike[seen(each.student)] if name != each.student]:
-            each.notes.append(f"its student's name looks like that of {' and '.join(others)}: whose is it?")
+            each.notes.append(f"its student's name looks like that of {' and '.join(others)}: check whose it is")
         letters = filter(str.isalpha, unicodedata.normalize("NFKC", each.student))
         scripts = {unicodedata.name(letter, "").partition(" ")[0] for letter in letters} - {"MODIFIER"}
         if len(scripts) > 1 and not scripts <= EAST_ASIAN:
             found = " and ".join(sorted(script.capitalize() for script in scripts))
-            each.notes.append(f"its student's name mixes {found} letters, which may look alike: whose is it?")
+            each.notes.append(f"its student's name mixes {found} letters, which may look alike: check whose it is")
 
 
 def _of_no_student(into: Path, roster: Roster) -> list[str]:
-    """Return a line on the folders that were laid out before, perhaps without a roster, for nobody in this one."""
+    """Return a line on folders that were collected earlier, perhaps without a roster, and are of no student in it."""
     names = [name for name in listing.folders(into) if name not in roster.students]
     line = (
-        f"not in the roster, and laid out before: {', '.join(names)}. What is there is graded, too: move it away if it "
-        "is a student's of the roster under another name"
+        f"collected earlier, but not in the roster: {', '.join(names)}. These folders are graded, too: move away each "
+        "one that belongs to a student of the roster under another name"
     )
     return [line] if names else []
 
@@ -213,8 +213,8 @@ def _compare_students(together: Iterable[list[HandedIn]], found: Found, unplaced
         said = f"hand-ins of {count:,} students, and no platform has named them"
         if count > MOST_UNNAMED:
             unplaced.append(
-                f"{those[0].download}: it has {said}, so none of them is laid out. Give a roster (--roster), or, if "
-                "you have packed it yourself, unpack it"
+                f"{those[0].download}: nothing from it was collected, because it has {said}. Give a roster (--roster), "
+                "or, if you have packed it yourself, unpack it"
             )
             these = set(map(id, those))
             for key in {(each.student, each.assignment) for each in those}:
@@ -289,7 +289,7 @@ def _several_people(found: list[HandedIn], before: list[Source], roster: Roster 
         if len(users) > 1 and (download or users_are_global(platform)):
             who = " and ".join(sorted(users))
             name = found[0].came.name
-            return f"{platform} has several called {name!r}, {who}: name each in the roster, with the number"
+            return f"{platform} has several students called {name!r}, {who}: name each in the roster, with the number"
     return ""
 
 
@@ -313,7 +313,7 @@ def _take_out_namesakes(found: Found, before: Before, roster: Roster) -> list[st
                 (number, column), came = next(iter(own.items())), each.came
                 lines.append(
                     f"{each.source}: {came.platform} calls {came.user} {came.name!r}, and {each.student} has the "
-                    f"number {number} in the roster (column {column!r}): it is somebody else's, or the roster is wrong"
+                    f"number {number} in the roster (column {column!r}): it is not theirs, or the roster is wrong"
                 )
                 those.remove(each)
     return lines
@@ -334,7 +334,7 @@ def _take_out_unvouched(found: Found, before: Before, roster: Roster) -> list[st
             if not _vouched(key[0], each.came, roster):
                 lines.append(
                     f"{each.source}: {each.came.platform} has {each.came.name!r} with the number {each.came.user}, and "
-                    f"with {own[each.came.platform]}, as the roster says: it is somebody else's, or the roster is wrong"
+                    f"with {own[each.came.platform]}, as the roster says: it is not theirs, or the roster is wrong"
                 )
                 those.remove(each)
     return lines
@@ -370,7 +370,7 @@ def _take_out_other_numbers(found: Found, before: Before, roster: Roster | None)
             theirs = found[student, exercise]
             for each in [each for each in theirs if each.came.platform and each.download in (earlier, later)]:
                 if two_assignments:
-                    each.notes.append(f"{platform} has {said}: are these two assignments there?")
+                    each.notes.append(f"{platform} has {said}: are these two assignments on the platform?")
                 else:
                     theirs.remove(each)
                     lines.append(
@@ -407,7 +407,7 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
         same = files == handed_in.files
         if before.name and not (before.platform or came.platform or roster) and _spelled(before) != _spelled(came):
             handed_in.notes.append(
-                f"the hand-in laid out before, of {_spelled(before)[:60]!a}, has the same folder, and no longer counts"
+                f"the hand-in collected before, of {_spelled(before)[:60]!a}, has the same folder, and no longer counts"
             )
             _move_away(target, into, at)
             return _lay_out(handed_in, into)
@@ -418,14 +418,14 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
         somebodys = before.platform == came.platform and before.user != came.user  # from another number
         if somebodys and _vouched(handed_in.student, came, roster):
             handed_in.notes.append(
-                f"the hand-in laid out before came from the number {before.user}, and no longer counts"
+                f"the hand-in collected before came from the number {before.user}, and no longer counts"
             )
         elif at and _more(before, at, came, handed_in.at, due):
             if same and at == handed_in.at:
                 provenance.add(into, handed_in.student, handed_in.assignment, came)
                 return True
             if came.platform and not before.platform and not same:
-                handed_in.notes.append("the one that counts came from no platform: check whose it is")
+                handed_in.notes.append("the one that counts did not come from a platform: check whose it is")
             return False
         if before.platform and not came.platform:
             handed_in.notes.append(INSTEAD.format(before.platform))
@@ -491,7 +491,7 @@ def _write(handed_in: HandedIn, target: Path) -> None:
 def describe(collection: Collection) -> str:
     """Return the result of a collection as lines for the instructor."""
     lines = []
-    for title, handed_in in (("Laid out:", collection.laid_out), ("Kept, but not counted:", collection.kept)):
+    for title, handed_in in (("Collected:", collection.laid_out), ("Kept, but not counted:", collection.kept)):
         lines += [title] * bool(handed_in)
         for each in handed_in:
             verified = ", receipt verified" if each.receipt == VERIFIED else ""

@@ -192,7 +192,7 @@ def _student(bundle: Bundle, receipt: dict[str, Any], roster: Roster | None, ass
             with contextlib.suppress(Unplaced):
                 student = roster.find((likely,)) if roster else ""
                 return student, [
-                    f"it does not say whose it is; by its name {shortened(name)!r} it is assigned to {student}"
+                    f"it does not say who handed it in; assigned to {student} by its name {shortened(name)!r}"
                 ]
     how = "" if roster else "; with --roster, a file or folder named after a student is assigned to that student"
     said = "its receipt cannot be read, so it does" if receipt == UNREADABLE else "it does"
@@ -219,12 +219,12 @@ def _assignment(files: dict[str, bytes], deeper: list[str], receipt: dict[str, A
 def _nothing(files: dict[str, bytes], deeper: list[str]) -> str:
     """Return why the files, and those `deeper` in folders, belong to no exercise."""
     if packed := [name for name in sorted(files) if is_other_archive(name)]:
-        return f"{shortened(packed[0])} is an archive of a kind that is not opened: unpack it, and pack it as .zip"
+        return f"{shortened(packed[0])} is a kind of archive that cannot be opened: unpack it, and pack it as .zip"
     if deeper and not files:
         return f"its files, such as {shortened(deeper[0])}, are in a folder, and only files beside the receipt count"
     if not files:
         return "it has no files"
-    return f"it has no file of an exercise of this course, but {', '.join(map(shortened, sorted(files)[:LISTED]))}"
+    return f"it has no file for an exercise of this course, only {', '.join(map(shortened, sorted(files)[:LISTED]))}"
 
 
 def _verify(
@@ -251,7 +251,7 @@ def _foreign(signed: str, student: str, roster: Roster) -> str:
     """Return VERIFIED, or whose receipt this is if it has the name of another student."""
     with contextlib.suppress(Unplaced):  # a login name need not be in the roster
         if (owner := roster.find((signed,))) != student:
-            return f"is made out to {owner}"
+            return f"names {owner}"
     return VERIFIED
 
 

@@ -52,7 +52,7 @@ class CanvasGradebook:
             elif line[header.index("ID")].strip().isdecimal():
                 students.append(line)
             elif any(re.fullmatch(r"\s*(?!Manual Posting|Muted)\S.*", cell) for cell in line):
-                raise CannotExport(f"line {count} of {file} has no ID of a student")
+                raise CannotExport(f"line {count} of {file} has no student ID")
         return cls(file, header, possible, students)
 
     def column(self, name: str, title: str | None) -> int | None:
@@ -98,7 +98,7 @@ class CanvasExporter(Exporter):
     default_name = CANVAS.grades
     roster = Unicode(help="The gradebook as exported from Canvas.").tag(config=True)
     columns = Dict(
-        help="The Canvas assignment of each assignment that has another name there, as in the header, for example "
+        help="The Canvas column of each assignment that has another name there, as in the header, for example "
         "{'calculator': 'Exercise 5 (1234)'}."
     ).tag(config=True)
 
@@ -113,7 +113,7 @@ class CanvasExporter(Exporter):
         names = {name for student in grades.values() for name in student}
         places = {name: roster.column(name, self.columns.get(name)) for name in sorted(names)}
         if twice := [name for name, count in Counter(filter(None, places.values())).items() if count > 1]:
-            raise CannotExport(f"two assignments are the column {roster.header[twice[0]]!r}")
+            raise CannotExport(f"two assignments map to the column {roster.header[twice[0]]!r}")
         header, possible = self._assignments(grades, roster, places)
         rows = [
             [*(roster.header[i] for i in known), *header],
@@ -173,7 +173,7 @@ class CanvasExporter(Exporter):
         )
         if rest := len(roster.students) - len(clear):
             self.log.info(
-                "%d of %s in %s without a grade here: what Canvas has stays",
+                "%d of %s in %s have no grade here: their grades in Canvas are kept",
                 rest,
                 counted(len(roster.students), "student"),
                 self.roster,

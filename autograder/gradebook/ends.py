@@ -29,7 +29,9 @@ def read(course: Path) -> dict[str, datetime]:
     except FileNotFoundError:
         return {}
     except (ValueError, TypeError, AttributeError, OverflowError) as error:
-        raise UsageError(f"{course / FILE} cannot be read: {error}. Mend it, or remove it and release again") from None
+        raise UsageError(
+            f"{course / FILE} cannot be read: {error}. Correct it, or delete it and release again"
+        ) from None
 
 
 def change(course: Path, ends: Mapping[str, datetime | str | None]) -> None:

@@ -56,7 +56,7 @@ class Few:
 
 
 class RegularCollect(ExchangeCollect):
-    """Collects the regular files of submissions, and names what cannot be collected: it costs nobody else theirs.
+    """Collects the regular files of submissions; what cannot be collected is named, and does not stop the others.
 
     A submission is that of the student whom its folder names.  What came after the end of the exercise, and after its
     student's extension, is not collected.
@@ -68,7 +68,7 @@ class RegularCollect(ExchangeCollect):
 
     by_owner = Bool(
         False,
-        help="Take a submission for that of its folder's owner, as always where the course folder lists the members.",
+        help="Assign each submission to the owner of its folder; always on where the course folder lists the members.",
     ).tag(config=True)
 
     _members: Mapping[int, str] | None = None  # by user id; None where there is no class: any user of this machine
@@ -89,7 +89,7 @@ class RegularCollect(ExchangeCollect):
         if not self.by_owner:
             return record
         if owner and owner != record["username"]:
-            self._taken[owner].tell("%s was put there by %s, and is taken for theirs", shown(path), owner)
+            self._taken[owner].tell("%s belongs to %s, and is collected as theirs", shown(path), owner)
         return record | {"username": owner}
 
     def init_src(self) -> None:
@@ -103,7 +103,7 @@ class RegularCollect(ExchangeCollect):
         self._taken: dict[str, Few] = defaultdict(lambda: Few(self.log))  # by owner: what bears another name
         super().init_src()
         for owner, few in self._taken.items():
-            few.end("%s: %d more were put there, and are taken for theirs", owner)
+            few.end("%s: %d more belong to them, and are collected as theirs", owner)
         records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
         newest: dict[str, dict[str, Any]] = {}
         for record in sorted(records, key=self._in_time):  # nbgrader repeats a student if others are between
@@ -150,11 +150,11 @@ class RegularCollect(ExchangeCollect):
         if not is_folder(path):
             return "it is not a folder"
         if self.by_owner and not record["username"]:
-            return "its owner is not in the class any more; it is collected again once they are"
+            return "its owner is no longer in the class; it is collected once they are again"
         if not self.by_owner and not (record["username"] and record["filename"].isprintable()):
             return "its name is not one that nbgrader gives, STUDENT+EXERCISE+TIME"
         if not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
-            return "its owner has closed it, and must open or remove it"
+            return "no permission to read it: ask its owner to change that, or to remove it"
         return self._too_late(record, path)
 
     def _end_for(self, student: str) -> datetime | None:
@@ -170,7 +170,7 @@ class RegularCollect(ExchangeCollect):
         if not over or claimed <= over:
             return ""
         return (
-            f"the exercise was over at {over:{MINUTES}} UTC, and {record['username']} came at {claimed:{MINUTES}} UTC"
+            f"the exercise ended at {over:{MINUTES}} UTC, and {record['username']} handed in at {claimed:{MINUTES}} UTC"
         )
 
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
@@ -207,7 +207,7 @@ class RegularCollect(ExchangeCollect):
                 if error.errno in FULL:
                     self.fail(
                         f"the disk with {shown(str(target.parent))} is full ({error.strerror}): {student} was not "
-                        "collected, nor are those who follow. Make room there, and collect again"
+                        "collected, nor were those after them. Free some space there, and collect again"
                     )
                 self.log.error("%s %s was not collected: %s: %s", student, exercise, target, error.strerror)
                 failed.append(student)
@@ -228,7 +228,7 @@ class RegularCollect(ExchangeCollect):
             return
         with contextlib.suppress(OSError):  # it has just disappeared
             if (owner := _user(os.stat(path).st_uid)) != student:
-                self.log.warning("%s is of %s by its name, and was put there by %s", shown(path), student, owner)
+                self.log.warning("%s names %s, but was put there by %s", shown(path), student, owner)
 
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
         """Copy the regular files; logs those that are left out as too large or unreadable.
@@ -247,7 +247,7 @@ class RegularCollect(ExchangeCollect):
         for folder, below, names, descriptor in _walk(src):
             seen += 1 + len(names)
             if seen > MOST_ENTRIES:
-                self.log.warning("%s was left out, and what follows: there are too many files", shown(folder))
+                self.log.warning("%s and what follows were left out: there are too many files", shown(folder))
                 break
             if folder.count(os.sep) - src.count(os.sep) >= DEEPEST:
                 self.log.warning("%s was left out: its folders are nested too deeply", shown(folder))
@@ -260,7 +260,7 @@ class RegularCollect(ExchangeCollect):
                 copy = Path(dest, os.path.relpath(folder, src), name)
                 try:
                     if CONFIGURATION.fullmatch(name):
-                        raise OSError("a command that is given beside it would run it")
+                        raise OSError("commands run beside it would execute it")
                     size, written = copy_file(name, descriptor, copy, min(space, largest) if files else 0)
                     space, files, changed = space - size, files - 1, max(changed, written)
                 except OSError as error:
@@ -287,7 +287,7 @@ class RegularCollect(ExchangeCollect):
         after = ", after the end" if over and changed > over else ""
         if self.by_owner and (after or changed - claimed > SLOW):
             self.log.warning(
-                "%s says %s, and was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
+                "%s says %s, but was last changed at %s%s", shown(src), claimed, changed.replace(microsecond=0), after
             )
 
 
@@ -356,7 +356,7 @@ def copy_file(name: str, folder: int, copy: Path, most: int) -> tuple[int, datet
         if not stat.S_ISREG(known.st_mode):
             raise OSError("it is not a file")
         if known.st_nlink > 1:
-            raise OSError("it has another name elsewhere, and may be somebody else's")
+            raise OSError("it is a hard link, and may belong to somebody else")
         if known.st_size > most:
             raise OSError("the submission is too large")
         copy.parent.mkdir(parents=True, exist_ok=True)

@@ -69,7 +69,7 @@ class RegularList(ExchangeList):
     def _copied(self, path: str, place: str) -> str:
         """Return the folder with what nbgrader reads of a hand-in, in `place`; '' if it is not a hand-in."""
         if not is_folder(path) or not path.isprintable():
-            self.log.warning("%s was left out: it is not a folder that was handed in", shown(path))
+            self.log.warning("%s was left out: it is not a hand-in's folder", shown(path))
             return ""
         inbound, name = os.path.split(path)
         copy = Path(place, Path(inbound).parent.name, "inbound", name)  # nbgrader finds the course's name there
@@ -97,7 +97,7 @@ class RegularList(ExchangeList):
                         space -= copy_file(each, folder, copy / each, space)[0]
                     if each == SECRETS and not SECRET.fullmatch(small_text(copy / each) or ""):
                         (copy / each).unlink()
-                        raise OSError("nbgrader writes no such secret")
+                        raise OSError("it is not a secret as nbgrader writes it")
                 except OSError as error:
                     left.tell("%s cannot be read: %s", shown(os.path.join(path, each)), error.strerror or error)
         finally:

@@ -101,7 +101,7 @@ class Exporter(ExportPlugin):
 
     default_name = "grades.csv"
     options: Mapping[str, str] = MappingProxyType({})  # another command's options for the traits below
-    automatic = Bool(False, help="Export what the tests gave, without waiting for marks by hand.").tag(config=True)
+    automatic = Bool(False, help="Export the points of the tests, without waiting for marks by hand.").tag(config=True)
     not_handed_in = Enum(
         ("", "0"), "", help="The cell of an assignment that was not handed in: empty, or 0 points."
     ).tag(config=True)
@@ -155,7 +155,7 @@ class Exporter(ExportPlugin):
                     listing.is_handed_in(submitted, student.id, assignment.name),
                 )
         gone = [name for name, mine in grades.items() if mine and {grade.state for grade in mine.values()} == {LEFT}]
-        self.tell(gone, "because they have left the class, and nothing of theirs was collected")
+        self.tell(gone, "because they have left the class without a hand-in")
         grades = {name: mine for name, mine in grades.items() if name not in gone}
         students = [student for student in students if student.id in grades]
         for assignment in chosen:
@@ -187,12 +187,12 @@ class Exporter(ExportPlugin):
             what = f"a mark of {' and '.join(cells)}" if cells else "any score"
             self.log.warning("%s: waiting for %s: %s", printable(assignment), what, ", ".join(students))
         if waiting and not self.automatic:
-            self.log.warning("%s exports what the tests gave", self.option("automatic", "True"))
+            self.log.warning("%s exports the points of the tests", self.option("automatic", "True"))
         if missing := [printable(grade.student.id) for grade in grades if grade.state == MISSING]:
             self.log.warning("%s: %s by %s", printable(assignment), MISSING, ", ".join(missing))
         if ungraded := [printable(grade.student.id) for grade in grades if grade.state == UNGRADED]:
             self.log.warning(
-                "%s: handed in, and %s: %s. Grade, and export again",
+                "%s: handed in, but %s: %s. Grade, and export again",
                 printable(assignment),
                 UNGRADED,
                 ", ".join(ungraded),
@@ -200,7 +200,7 @@ class Exporter(ExportPlugin):
         if left := [printable(grade.student.id) for grade in grades if grade.state == LEFT]:
             who = ", ".join(left)
             self.log.warning(
-                "%s: nothing was collected of these, who have left the class: %s", printable(assignment), who
+                "%s: no hand-in from these students, who have left the class: %s", printable(assignment), who
             )
 
     def _tell_unknown(self, assignment: str, submitted: Path, known: set[str]) -> None:
@@ -221,7 +221,7 @@ class Exporter(ExportPlugin):
         try:
             return members.in_class(Path(self.config.CourseDirectory.get("root", ".")), self._submitted())
         except UsageError as error:
-            self.log.warning("It is not known who has left the class: %s", error)
+            self.log.warning("Students who have left the class could not be determined: %s", error)
             return None
 
     def _submitted(self) -> Path:

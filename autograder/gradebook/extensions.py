@@ -30,7 +30,7 @@ def read(course: Path) -> Given:
     except FileNotFoundError:
         return {}
     except ValueError as error:  # a pipe, say
-        raise UsageError(f"{course / FILE} cannot be read: {error}. Remove it, and extend again") from None
+        raise UsageError(f"{course / FILE} cannot be read: {error}. Delete it, and extend again") from None
 
 
 def parse(content: bytes, path: Path) -> Given:
@@ -45,7 +45,7 @@ def parse(content: bytes, path: Path) -> Given:
             for student, of_one in given.items()
         }
     except (ValueError, TypeError, AttributeError) as error:
-        raise UsageError(f"{path} cannot be read: {error}. Mend it, or remove it and extend again") from None
+        raise UsageError(f"{path} cannot be read: {error}. Correct it, or delete it and extend again") from None
 
 
 def listed(given: Given) -> list[tuple[str, str, str]]:
@@ -69,7 +69,7 @@ def change(course: Path, students: Iterable[str], exercise: str | None, extensio
         known = ", ".join(sorted({*exercises.names(), *released(course)}))
         raise UsageError(f"there is no exercise '{exercise}'; there are: {known}")
     if isinstance(extension, int | float) and not abs(extension) <= LONGEST:
-        raise UsageError(f"more time is at most {LONGEST:g} days")
+        raise UsageError(f"an extension is at most {LONGEST:g} days")
     students = list(students)
     if not all(student.strip() for student in students):
         raise UsageError("the name of a student is empty")

@@ -44,22 +44,22 @@ class LatePolicy(LateSubmissionPlugin):
     never more than the score.  nbgrader's own `penalty_method = "zero"` takes the whole score instead.
     """
 
-    percent_per_day = Float(0, min=0, max=100, help="What each day costs, in percent.").tag(config=True)
+    percent_per_day = Float(0, min=0, max=100, help="The penalty for each day, in percent.").tag(config=True)
     percent_of = Enum(
-        ("score", "max_score"), "score", help="Whether percentages are of the score or of the most that it can be."
+        ("score", "max_score"), "score", help="The base of percentages: the score or the maximum score."
     ).tag(config=True)
-    cap = Float(100, min=0, max=100, help="The most that can be lost, in percent.").tag(config=True)
+    cap = Float(100, min=0, max=100, help="The largest penalty, in percent.").tag(config=True)
     count = Enum(
-        ("started", "whole"), "started", help="Which days count: those that have begun, or those that are over."
+        ("started", "whole"), "started", help="The days that count: those that have started, or only whole ones."
     ).tag(config=True)
-    grace_days = Float(0, min=0, help="Days after the due date that cost nothing, for each assignment.").tag(
+    grace_days = Float(0, min=0, help="Days after the due date without a penalty, for each assignment.").tag(
         config=True
     )
-    grace_budget = Integer(0, min=0, help="Days that cost nothing, for all of a student's assignments together.").tag(
+    grace_budget = Integer(0, min=0, help="Days without a penalty, for all assignments of a student together.").tag(
         config=True
     )
     extensions = Dict(
-        help="For each student by how many days, or to what time, the due date moves; or that for each assignment."
+        help="The extension of each student, in days or as a new due date; or one for each assignment."
     ).tag(config=True)
 
     @validate("extensions")

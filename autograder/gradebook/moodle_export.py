@@ -31,13 +31,13 @@ class MoodleExporter(Exporter):
     user = Enum(
         MOODLE.columns,
         MOODLE.columns[0],
-        help="What Moodle finds students by: username is the gradebook's student id; idnumber is its LMS id, or the "
-        "student id if there is none.",
+        help="The column by which Moodle finds students: username is the gradebook's student id; idnumber is its LMS "
+        "id, or the student id if there is none.",
     ).tag(config=True)
     feedback = Bool(
         False,
-        help="Add a column of feedback for each assignment: lateness, and comments written by hand. Moodle shows it "
-        "instead of the feedback that it has.",
+        help="Add a column of feedback for each assignment: lateness, and comments written by hand. It replaces "
+        "the feedback in Moodle.",
     ).tag(config=True)
 
     def rows(self, grades: Grades) -> Rows:

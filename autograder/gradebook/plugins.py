@@ -83,7 +83,9 @@ class GradeInSandbox(NbGraderPreprocessor):
 
     unsafe = Bool(False, help="Run students' programs without a sandbox, and flag the results.").tag(config=True)
     seed = Integer(None, allow_none=True, help="Draw the hidden inputs from this seed.").tag(config=True)
-    patience = Float(1.0, help="Stretch every wait by this factor, for a slow machine.").tag(config=True)
+    patience = Float(1.0, help="Multiply the time limits of students' programs by this, for a slow machine.").tag(
+        config=True
+    )
 
     def preprocess(self, nb: NotebookNode, resources: Resources) -> Preprocessed:
         """Grade; raises InfrastructureError when there is no result: nbgrader then reports the submission as failed."""

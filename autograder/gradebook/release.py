@@ -170,7 +170,7 @@ def _release(nbgrader: "NbGraderAPI", course: Path, name: str, notebook: Path) -
     _stage(notebook, source / notebook.name, course / "replaced")
     done = nbgrader.generate_assignment(name)
     if not done["success"]:
-        said = (done.get("error") or done.get("log") or "it does not say why").strip()
+        said = (done.get("error") or done.get("log") or "no reason was given").strip()
         raise UsageError(f"nbgrader could not release {name}: {said.splitlines()[-1]}")
     found = next(leaks(released, secrets(name, notebook)), None)
     if found:

@@ -124,7 +124,7 @@ def _chosen(
     name = assignment and exercises.load(assignment).name
     known = bases(results.folder)
     if missing := sorted(results.done.keys() - known.keys()):
-        raise UsageError(f"it is not known what {'/'.join(missing[0])} was graded from: grade it with --resume first")
+        raise UsageError(f"the files of the result of {'/'.join(missing[0])} are unknown: grade it with --resume first")
     if absent := {*students} - {student for student, _ in results.done}:
         raise UsageError(f"no result of student {min(absent)!r} in {results.folder}")
     return {

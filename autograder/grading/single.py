@@ -39,12 +39,12 @@ TRIES = 3
 CALM_TIMEOUT = 30.0  # s to wait for the machine to become less busy
 GRACE = 30.0  # s that judging may take beyond the tests' time limit
 BROUGHT_DOWN = (
-    "Not judged: three times, your files or what your programs sent brought down the process that grades them. "
+    "Not judged: your files, or messages of your programs, crashed the grading process three times. "
     "Ask your instructor."
 )
 
 REFUSED = (
-    "it was not run again, because the process that grades it died after it had sent more than "
+    "it was not run again, because the grading process died after it had sent more than "
     f"{SUSPICIOUS >> 20} MiB at once to other programs, {COUNTED}; send only what the task asks for"
 )
 
@@ -236,7 +236,7 @@ def judge(
             f"verdicts came on {given}, not on {expected}; pytest's exit status was {answer.finished.exit_status}"
         )
     if strange := {verdict.outcome for verdict in answer.verdicts} - {PASSED, FAILED, CRASHED, TIMED_OUT}:
-        raise InfrastructureError(f"a test has no such outcome: {', '.join(sorted(strange))}")
+        raise InfrastructureError(f"unknown outcome of a test: {', '.join(sorted(strange))}")
     return Judgement(
         GRADED, {verdict.id: verdict for verdict in answer.verdicts}, answer.finished.logs, busy=answer.busy
     )

@@ -17,12 +17,12 @@ from autograder.submissions import exercises
 
 NEAR = 0.8  # of an exercise's time limit
 ALIKE = "more alike than others (`autograder similar` shows them)"
-REPLACED = "handed in again since this result, which is of other files (`autograder regrade` grades the new ones)"
-UNGRADED = "handed in, and not graded yet (`autograder grade` with --resume grades the rest)"
+REPLACED = "handed in again since this result (`autograder regrade` grades the new files)"
+UNGRADED = "handed in, but not graded yet (`autograder grade` with --resume grades the rest)"
 HOUR, DAY = 3600, 86_400  # s
 FLAGS = {  # other flags are shown by name
     TIME_UNKNOWN: "time of handing in unknown, nothing deducted",
-    KILLED_JUDGE: "killed judge: the process that judges died, perhaps of what a program sent; look at the source",
+    KILLED_JUDGE: "killed judge: the judging process crashed, perhaps from a program's messages; check the source",
 }
 
 

@@ -57,7 +57,7 @@ class Output:
             raise UsageError(f"cannot write to {folder}: {error.strerror}") from None
         self.done = read_results(folder)
         if self.done and not resume:
-            raise UsageError(f"{folder} holds results already: give --resume to go on, or another folder")
+            raise UsageError(f"{folder} already has results: give --resume to continue, or another folder")
         self._retire()
         self._results = _appending(folder / RESULTS)
         self._details = _appending(folder / DETAILS)

@@ -100,7 +100,7 @@ def give_back(
     }
     if not reports:
         raise UsageError(f"no results in {out}{' of that student and assignment' if assignment or students else ''}")
-    busy = f"another `autograder return` goes on in {out}: wait until it has ended"
+    busy = f"another `autograder return` is running in {out}: wait until it has finished"
     with os.fdopen(output.lock(out / LOCK, busy)):
         bases = output.bases(out, lost=form == FILES)
         places = {key: Path(bases[key].submitted) for key in reports if key in bases}
@@ -126,11 +126,11 @@ def give_back(
                 if report.status == INFRASTRUCTURE_ERROR:
                     raise Unplaced("the grader failed, and there is no score yet: `autograder grade --resume`")
                 if key not in places:
-                    raise Unplaced("it is not known which folder was graded: grade it again")
+                    raise Unplaced("the graded folder is unknown: grade it again")
                 way = ways.way(*key, provenance.read(places[key], *key), form)
                 gone = not places[key].joinpath(*key).exists()
                 if bases[key].is_replaced(key) or (gone and way.form != FILES):
-                    raise Unplaced("something else was handed in since: `autograder regrade` grades it")
+                    raise Unplaced("other files were handed in since: `autograder regrade` grades them")
             except Unplaced as error:
                 result.left_out.append(f"{who}: {error.args[0]}")
                 continue
@@ -173,16 +173,16 @@ def describe(result: Returned) -> str:
     for path, count in result.made.items():
         lines.append(f"{path}: {counted(count, 'page')}; {instruction(result.forms[path])}")
     for title, names in (
-        ("Returned, though a cell is still to be marked by hand (the page says so):", result.waiting),
+        ("Returned, but waiting for a mark by hand (the page says so):", result.waiting),
         ("Not returned:", result.left_out),
         ("Without a page, because there is no submission:", result.nothing),
-        ("Without a page, because what they have handed in is not graded yet:", result.ungraded),
+        ("Without a page, because the submission is not graded yet:", result.ungraded),
     ):
         lines += [title] * bool(names)
         lines += [f"  {one_line(name)}" for name in names]
     if result.changed is not None:
         lines += [f"Changed since the last return: {one_line(', '.join(result.changed)) or 'nothing'}"]
-        lines += [f"{counted(result.unchanged, 'page')} as they were returned last: not returned again."] * bool(
+        lines += [f"{counted(result.unchanged, 'page')} skipped: unchanged since the last return."] * bool(
             result.unchanged
         )
     made, left = sum(result.made.values()), len(result.left_out) + len(result.ungraded)
@@ -200,7 +200,7 @@ def _url(gradebook: str | None, submitted: Path, out: Path) -> str | None:
             raise
         if not submitted.is_dir():
             raise UsageError(
-                f"the submissions of {out} are no longer in {submitted}, so that the gradebook is not known: name it "
+                f"the submissions of {out} are no longer in {submitted}, so the gradebook is unknown: name it "
                 "(--gradebook URL), or leave out marks by hand and late penalties (--no-gradebook)"
             ) from None
         return None

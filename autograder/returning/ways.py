@@ -37,12 +37,12 @@ def way(student: str, assignment: str, came: list[Source], form: str | None) -> 
             raise Unplaced("its page's name would be too long for a file: give the student's folder a shorter name")
         return Way(FILES, name)
     if not known or form not in (None, PLATFORMS[known[-1].platform].form):
-        raise Unplaced(f"it did not come from {str(form).capitalize()}: --for files makes a page of it")
+        raise Unplaced(f"it did not come from {str(form).capitalize()}: use --for files")
     last = known[-1]
     people = sorted({source.user for source in known if source.platform == last.platform})
     if len(people) > 1:
         raise Unplaced(
-            f"it was handed in by {' and '.join(people)} of {last.platform}: return this page by hand, --for files"
+            f"it was handed in by {' and '.join(people)} of {last.platform}: return this page by hand, with --for files"
         )
     platform, late = PLATFORMS[last.platform], "LATE_" if last.late else ""
     name = platform.page.format(name=last.name, late=late, user=last.user, upload=last.upload, page=page)

@@ -187,7 +187,7 @@ def _group() -> Layer:
         return Layer(
             "control group",
             False,
-            "none to be had: each program has limits, and all of a grading share a core",
+            "not available: each program has limits, and all of a grading share a core",
             required=False,
         )
     group.close()
@@ -224,7 +224,7 @@ def _layers(seen: dict[str, Any], confinement: str) -> Iterator[Layer]:
     yield Layer(
         "no capabilities",
         not any(seen["capabilities"]) and seen["privileges"] == "1",
-        "none, and none to be had" if not any(seen["capabilities"]) else str(seen["capabilities"]),
+        "none, and none can be gained" if not any(seen["capabilities"]) else str(seen["capabilities"]),
     )
     yield Layer(
         "read-only system",

@@ -113,7 +113,7 @@ def _evaluates(annotation: ast.expr) -> bool:
 
 
 def _statements(text: str) -> int:
-    """Return how many statements a text has, as a whole or in its paragraphs; words alone are none."""
+    """Return how many statements a text has, as a whole or in its paragraphs; a text without code has none."""
     for parts in ([text], re.split(r"\n\s*\n", text)):
         nodes = [node for part in parts for node in parsed(textwrap.dedent(part).strip())]
         words = sum(isinstance(node, ast.Expr) and not isinstance(node.value, ast.Call) for node in nodes)

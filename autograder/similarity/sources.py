@@ -32,7 +32,7 @@ def places(folder: Path, assignment: str | None) -> dict[tuple[str, str], tuple[
     found: dict[tuple[str, str], tuple[Path, Basis | None]]
     found = {key: (Path(basis.submitted), basis) for key, basis in bases.items() if wanted in (None, key[1])}
     if not found:
-        raise UsageError(f"{folder} does not tell where the submissions are: give their folder instead")
+        raise UsageError(f"{folder} does not record where its submissions are: give their folder instead")
     return found
 
 

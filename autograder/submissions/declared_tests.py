@@ -42,7 +42,7 @@ def tests(suite: Path) -> tuple[Test, ...]:
             continue
         where = f"{suite}, line {function.lineno}: {name}"
         if name in found:
-            raise BrokenExercise(f"{where} is there twice; give each test a name of its own")
+            raise BrokenExercise(f"{where} is defined twice; give each test its own name")
         title = re.sub(r"\s+", " ", ast.get_docstring(function) or "").rstrip(".")
         marks = [decorator for decorator in map(_points, function.decorator_list) if decorator]
         if len(marks) != 1 or not title:

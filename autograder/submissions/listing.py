@@ -28,7 +28,7 @@ def find(submitted: Path, assignment: str | None, students: Iterable[str]) -> li
         hints = [
             hint for hint in overlooked(submitted) if not students or hint.partition("/")[0].partition(":")[0] in chosen
         ]
-        nothing = f"nothing to grade: {submitted} holds no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
+        nothing = f"nothing to grade: {submitted} has no submission {what}in the form STUDENT/ASSIGNMENT/FILES"
         raise UsageError("; ".join([nothing, *hints]))
     return found
 
@@ -80,7 +80,7 @@ def overlooked(submitted: Path) -> list[str]:
         }
         hints += [f"{entry.name}/{name}: is that {known}?" for name, known in near.items() if known not in inside]
         if not near and any(name.endswith((".py", ".ipynb", ".srv", ".zip")) for name in inside):
-            hints.append(f"{entry.name}: files, but no folder of an exercise around them")
+            hints.append(f"{entry.name}: files that are not in the folder of an exercise")
     return [one_line(hint) for hint in hints]
 
 

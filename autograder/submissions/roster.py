@@ -42,7 +42,7 @@ class Roster:
                 found = {each for each in found if _plain(each) == _plain(name)} or found
                 found = {name} if name in found else found
             if len(found) > 1:
-                raise Unplaced(f"{name!r} is {' and '.join(sorted(found))} in the roster")
+                raise Unplaced(f"{name!r} could be {' or '.join(sorted(found))} in the roster")
             if found:
                 return next(iter(found))
         raise Unplaced(f"{' or '.join(map(repr, names))} is not in the roster")
@@ -82,7 +82,7 @@ def read_rosters(paths: Iterable[Path]) -> Roster:
                 if _plain(said[column]) != _plain(columns[column]):
                     raise UsageError(
                         f"{student!r} is in {before} and in {path} with another {column}, {said[column]!r} and "
-                        f"{columns[column]!r}: call them differently if they are two students"
+                        f"{columns[column]!r}: give them different names if they are two students"
                     )
             known[student] = (path, said | columns)
             if columns.pop(ROLE, "").lower() == INSTRUCTOR:

@@ -29,7 +29,7 @@ class Heard(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """A publishing rate (Hz), and whether it was right, which that of bursts is not."""
+    """A publishing rate (Hz), and whether it was right; publishing in bursts is not."""
 
     hertz: float
     right: bool

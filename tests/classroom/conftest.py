@@ -99,7 +99,7 @@ def up(able, tmp_path_factory):
     done = run_classroom(*arguments)
     try:
         assert done.returncode == 0, done.stdout + done.stderr
-        assert "FOR TRYING ONLY" in done.stdout
+        assert "FOR TRIALS ONLY" in done.stdout
         assert "Each server has an address of its own, NAME.localhost" in done.stdout
         assert "Drafts, which no student sees: " in done.stdout and "Released" not in done.stdout
         done = run_classroom("release", *RELEASED, "--folder", str(folder / "class"))

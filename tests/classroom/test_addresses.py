@@ -27,13 +27,13 @@ def test_a_students_page_gets_nothing_of_an_instructor(chromium, classroom, ada)
 
 def test_up_and_status_say_what_keeps_servers_apart(classroom):
     said = run_classroom("status", "--folder", str(classroom.folder)).stdout
-    assert "Each server has an address of its own, NAME.localhost: no page of a student's acts as who opens it." in said
+    assert "Each server has its own address, NAME.localhost, so a student's page cannot act as the person" in said
 
 
 def test_nobody_is_logged_in_at_a_students_address(classroom, ada):
     there = Visitor(ada.base.partition("user/")[0], "ada")
     assert not there.log_in(hub.shared_passwords(classroom)["students"])
-    assert f"You come in at {classroom.url}" in there.answer.text
+    assert f"Log in at {classroom.url}" in there.answer.text
 
 
 def test_a_server_runs_no_configuration_of_nbgraders_from_the_home_folder(ada, kernel):

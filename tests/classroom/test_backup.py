@@ -67,9 +67,12 @@ def test_a_class_moves_with_everybodys_work_and_password(able, tmp_path, somebod
         os.chown(old / "homes" / "zoe", 4321, 4321)
         refused = run_classroom("backup", str(kept), "--folder", str(old))
         assert (refused.returncode, kept.exists()) == (2, False)
-        assert "the class is up: `down` first" in refused.stderr
+        assert "the class is up: run `down` first" in refused.stderr
         refused = run_classroom("up", "--folder", str(old), "--dry-run", *port, "--prefix", prefixes[1])
-        assert refused.returncode == 2 and f"prefix is {prefixes[0]}: `down` first, to change it" in refused.stderr
+        assert (
+            refused.returncode == 2
+            and f"the prefix of this class is {prefixes[0]}: run `down` before you change it" in refused.stderr
+        )
         assert run_classroom("down", "--folder", str(old)).returncode == 0
         written = run_classroom("backup", str(kept), "--folder", str(old))
         assert written.returncode == 0 and "3 members" in written.stdout, written.stderr
@@ -185,7 +188,7 @@ def test_nothing_that_is_there_is_overwritten(quiet, tmp_path):
 
 @pytest.mark.parametrize(
     ("content", "said"),
-    [(b"no archive", "class.tar.gz cannot be unpacked: .*not in gzip format"), (None, "is no backup of a class")],
+    [(b"no archive", "class.tar.gz cannot be unpacked: .*not in gzip format"), (None, "is not a backup of a class")],
 )
 def test_a_file_that_is_no_backup_leaves_nothing(quiet, tmp_path, content, said):
     kept = tmp_path / "class.tar.gz"

@@ -67,7 +67,7 @@ def test_a_dry_run_says_what_it_would_do_and_does_nothing(arguments, tmp_path):
     [
         (["--certificate", "/nowhere.pem", "--key", "/nowhere.key"], "there is no file /nowhere.pem"),
         (["--certificate", "/nowhere.pem"], "give --certificate and --key, or neither"),
-        (["--passwords", "none"], "it is pam or dummy"),
+        (["--passwords", "none"], "it must be pam or dummy"),
         (["--host", "", "--ip", "instructors.localhost"], "names that end in .localhost are for --host"),
         (["--roster", "/nowhere.csv"], "/nowhere.csv cannot be read"),
     ],
@@ -122,7 +122,7 @@ def test_without_the_nodejs_that_is_installed_with_the_course(able, tmp_path, mo
 def test_a_user_of_somebody_else_is_not_taken(arguments):
     done = call_classroom(*arguments, "--prefix", "d", "--instructor", "aemon")  # daemon, which every system has
     assert done.returncode == 2
-    assert "the Unix user daemon exists, and this classroom did not make it" in done.stderr
+    assert "the Unix user daemon exists, but not from this class" in done.stderr
 
 
 def test_without_root(able):
@@ -130,7 +130,7 @@ def test_without_root(able):
     done = subprocess.run([*command, "autograder.classroom.cli", "status"], capture_output=True, text=True, timeout=60)
     if "Permission denied" in done.stderr or "No module named 'autograder'" in done.stderr:
         pytest.skip("the checkout can be read by root alone")
-    assert done.returncode == 2 and "run it as root" in done.stderr
+    assert done.returncode == 2 and "run this command as root" in done.stderr
 
 
 def test_status_of_a_class_that_is_down_says_so(quiet, capsys):

@@ -156,7 +156,7 @@ def test_with_a_certificate_everything_is_encrypted(ended, certificate, chromium
         "up", *arguments, "--ip", "127.0.0.1", "--passwords", "dummy", "--certificate", str(path), "--key", str(key)
     )
     assert again.returncode == 0, again.stderr
-    assert "Without a certificate" not in again.stdout and "The certificate ends on " in again.stdout
+    assert "Without a certificate" not in again.stdout and "The certificate expires on " in again.stdout
     classroom = Classroom.load(Path(common[1]))
     assert classroom.url.startswith("https://127.0.0.1:")
     bob = come_in(classroom, "bob", hub.shared_passwords(classroom)["students"])
@@ -240,10 +240,10 @@ def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
     lock = ["openssl", "pkey", "-in", key, "-out", locked, "-aes256", "-passout", "pass:secret"]
     subprocess.run(lock, check=True, capture_output=True)
     for wrong, wrong_key, said in (
-        (nonsense, key, f"{nonsense} holds no certificate: a PEM file is needed"),
-        (good, nonsense, f"{nonsense} holds no key: a PEM file is needed"),
+        (nonsense, key, f"{nonsense} contains no certificate: a PEM file is needed"),
+        (good, nonsense, f"{nonsense} contains no key: a PEM file is needed"),
         (good, others_key, f"{others_key} is not the key of {good}"),
-        (good, locked, f"{locked} is locked with a password"),
+        (good, locked, f"{locked} is protected by a password"),
         (good, tmp_path, f"there is no file {tmp_path}"),
     ):
         with pytest.raises(UsageError, match=re.escape(said)):
@@ -254,10 +254,10 @@ def test_a_wrong_certificate_is_told_in_a_line(ended, certificate, tmp_path):
 
 def test_a_certificate_that_ends_is_told(certificate):
     path, now = str(certificate[0]), datetime.now(UTC)
-    assert warning(path, now).startswith("The certificate ends on ")  # it is valid for two days
-    assert warning(path, now + timedelta(days=3)).startswith("The certificate ended on ")
+    assert warning(path, now).startswith("The certificate expires on ")  # it is valid for two days
+    assert warning(path, now + timedelta(days=3)).startswith("The certificate expired on ")
     assert warning(path, now - timedelta(days=1)).startswith("The certificate is not valid before ")
-    assert warning(path + ".gone", now) == f"The certificate {path}.gone is not there any more, or cannot be read."
+    assert warning(path + ".gone", now) == f"The certificate {path}.gone no longer exists or cannot be read."
     assert warning("", now).startswith("Without a certificate: ")
 
 
@@ -301,8 +301,8 @@ def test_who_leaves_the_class_is_out_and_pam_knows_each_ones_own_password(ended)
     again = run_classroom("up", *arguments, "--passwords", "pam")
     shutil.rmtree(many)
     assert again.returncode == 0, again.stderr
-    assert "laid into the home folders: " in again.stderr and "outbound: more than 2000 files" in again.stderr
-    assert f"instructors come in at http://{classroom.staff_address}/ alone" in again.stdout
+    assert "copied into the home folders: " in again.stderr and "outbound: more than 2000 files" in again.stderr
+    assert f"instructors log in only at http://{classroom.staff_address}/" in again.stdout
     assert "Ended the server of bob" in again.stdout and not servers.started(classroom)
     assert {*members.read(classroom.grading).values()} == {"ada", "teacher"}  # from whom hand-ins are collected
     own = passwords(classroom)
@@ -322,7 +322,7 @@ def test_without_names_instructors_have_an_address_that_no_students_server_share
     staff = f"http://{classroom.staff_address}/"
     assert classroom.staff_address and classroom.address_of(classroom.find("teacher")) == staff
     there = Visitor(classroom.url, "teacher")
-    assert not there.log_in(own["teacher"]) and f"You come in at {staff}" in there.answer.text
+    assert not there.log_in(own["teacher"]) and f"Log in at {staff}" in there.answer.text
     assert not Visitor(staff, "ada").log_in(own["ada"])
     ada = come_in(classroom, "ada", own["ada"])
     teacher = come_in(classroom, "teacher", own["teacher"])
@@ -331,7 +331,7 @@ def test_without_names_instructors_have_an_address_that_no_students_server_share
     theirs, same = theft.steal(chromium, classroom, ada, own["teacher"])
     assert any('"token":' in text and "stolen" in text for text in same), "what a page of the hub's own could do"
     assert theft.loot(theirs) == []
-    assert f"instructors come in at {staff} alone" in run_classroom("status", *common).stdout
+    assert f"instructors log in only at {staff}" in run_classroom("status", *common).stdout
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,7 @@ def test_who_has_left_the_class_is_named_and_not_graded_under_a_number(inbound, 
     hand_in(inbound, GONE, f"gone+calculator+{TIME.format(2)}+x", a="left")
     hand_in(inbound, GONE, f"ada+calculator+{TIME.format(3)}+x", a="forged")
     assert collect() == {f"user-{ADA}: a.py": b"ada's"}
-    left = [line for line in caplog.messages if "its owner is not in the class any more" in line]
+    left = [line for line in caplog.messages if "its owner is no longer in the class" in line]
     assert len(left) >= 2 and {line.partition("inbound/")[2].partition("+")[0] for line in left} == {"gone", "ada"}
 
 
@@ -194,8 +194,8 @@ def test_folders_with_the_names_of_others_do_not_hide_the_other_lines(inbound, c
     for number in range(100):
         hand_in(inbound, EVE, f"ada+calculator+{TIME.format(1)}+{number}", a="eve's")
     assert collect() == {f"user-{EVE}: a.py": b"eve's"}
-    assert sum("was put there by" in line for line in caplog.messages) == exchange_collect.MOST_TOLD
-    assert f"user-{EVE}: 80 more were put there, and are taken for theirs" in caplog.text
+    assert sum("and is collected as theirs" in line for line in caplog.messages) == exchange_collect.MOST_TOLD
+    assert f"user-{EVE}: 80 more belong to them, and are collected as theirs" in caplog.text
 
 
 @pytest.mark.parametrize("name", ["ends.json", "extensions.json", "members.json"])
@@ -247,7 +247,7 @@ def test_a_folder_that_its_owner_has_closed_is_left_out(inbound, collect, caplog
     with reading_as_anybody():
         found = collect()
     assert found == {f"user-{ADA}: a.py": b"ada's"}
-    assert "its owner has closed it" in caplog.text
+    assert "no permission to read it" in caplog.text
 
 
 def test_after_the_end_nothing_is_collected_but_of_who_has_an_extension(inbound, collect, tmp_path, caplog):
@@ -263,10 +263,10 @@ def test_after_the_end_nothing_is_collected_but_of_who_has_an_extension(inbound,
     hand_in(inbound, EVE, "eve+calculator+never+x", a="late")
     assert collect() == {f"user-{ADA}: a.py": b"day 1", f"user-{BOB}: a.py": b"day 3"}
     left = [line.partition(" was left out: ")[2] for line in caplog.messages if " was left out: " in line]
-    ended = "the exercise was over at 2026-01-02 10:00 UTC, and"
-    assert left.count(f"{ended} user-{ADA} came at 2026-01-03 10:00 UTC") == 1
-    assert left.count(f"{ended} user-{EVE} came at 2026-01-03 10:00 UTC") == 1
-    assert len(left) == 3 and sum(f"{ended} user-{EVE} came at" in line for line in left) == 2
+    ended = "the exercise ended at 2026-01-02 10:00 UTC, and"
+    assert left.count(f"{ended} user-{ADA} handed in at 2026-01-03 10:00 UTC") == 1
+    assert left.count(f"{ended} user-{EVE} handed in at 2026-01-03 10:00 UTC") == 1
+    assert len(left) == 3 and sum(f"{ended} user-{EVE} handed in at" in line for line in left) == 2
     (changed,) = (line for line in caplog.messages if f"{ADA}+calculator+{TIME.format(1)}" in line and "says" in line)
     assert "was last changed at" in changed and changed.endswith(", after the end")
 

@@ -217,7 +217,9 @@ def test_on_a_full_disk_a_thing_is_laid_whole_or_not_at_all(home, monkeypatch, t
 def test_on_a_full_disk_up_ends_no_hub_that_runs(quiet, monkeypatch):
     monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_bfree=100, f_frsize=4096))
     monkeypatch.setattr(hub, "stop", lambda _: pytest.fail("it was ended"))
-    with pytest.raises(ClassroomError, match="is full: 400 KiB are left, .* Nothing was changed: make room, and give"):
+    with pytest.raises(
+        ClassroomError, match="is full: 400 KiB are left, .* Nothing was changed: free some space, and give"
+    ):
         cli._up(quiet)
     assert {*accounts.missing(quiet)} == {*quiet.members}
 

@@ -164,7 +164,7 @@ def test_exercises_are_drafts_until_each_is_released_and_have_their_dates(classr
     assert calendar.release_what_is_due(classroom.folder) == []
 
     for arguments, why in (
-        (["actions", "--at", said(NOW + DAY)], "actions is released already"),
+        (["actions", "--at", said(NOW + DAY)], "actions is already released"),
         (["services", "--due", said(NOW - DAY)], "UTC, would come before the release, "),
         (["nonsense"], "there is no exercise nonsense"),
         (["services", "--due", "tomorrow"], "'tomorrow' is not a time"),

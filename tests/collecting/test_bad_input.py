@@ -73,7 +73,7 @@ def test_a_bulk_download_that_the_browser_has_unpacked(tmp_path):
     assert counted(tmp_path / "out") == {"Zoë_Müller/services", "roejim/services", "doejane/services"}
     assert result.unplaced == [
         "Zoë Müller_55_assignsubmission_file_/link.py: a link, which is not followed",
-        "holiday.jpg: neither an archive nor named by a platform, so it is unknown whose it is",
+        "holiday.jpg: neither an archive nor named by a platform, so its student is unknown",
     ]
 
 
@@ -89,7 +89,9 @@ def test_two_people_of_one_name_are_not_made_one(tmp_path):
     result = collect([moodle], tmp_path / "out")
     assert counted(tmp_path / "out") == {"Jim_Roe/services"}
     assert len(result.unplaced) == 2
-    assert all("several called 'Jane Doe', 55 and 77: name each in the roster" in line for line in result.unplaced)
+    assert all(
+        "several students called 'Jane Doe', 55 and 77: name each in the roster" in line for line in result.unplaced
+    )
     roster = tmp_path / "roster.csv"
     roster.write_text("student,number\njane1,55\njane2,77\njim,56\n")
     collect([moodle], tmp_path / "out", read_rosters([roster]))
@@ -99,7 +101,7 @@ def test_two_people_of_one_name_are_not_made_one(tmp_path):
 def test_a_namesake_who_comes_later_is_not_made_one_with_the_first(tmp_path):
     collect([archive(tmp_path / "a.zip", {"doejane_1_2_relay.py": b"the one"})], tmp_path / "out")
     result = collect([archive(tmp_path / "b.zip", {"doejane_9_3_relay.py": b"the other"})], tmp_path / "out")
-    assert "several called 'doejane', 1 and 9" in result.unplaced[0]
+    assert "several students called 'doejane', 1 and 9" in result.unplaced[0]
     assert laid_out(tmp_path / "out")["doejane/services/relay.py"] == b"the one"
 
 
@@ -144,7 +146,7 @@ def test_one_alone_with_another_number_is_left_out_and_all_of_them_are_another_a
     result = collect([moodle(tmp_path / "c.zip", ada=302, zoe=303)], tmp_path / "out")
     assert result.unplaced == []
     remarks = [each.remark for each in (*result.laid_out, *result.kept)]
-    assert len(remarks) == 2 and all("are these two assignments there?" in remark for remark in remarks)
+    assert len(remarks) == 2 and all("are these two assignments on the platform?" in remark for remark in remarks)
 
 
 def test_numbers_of_the_roster_are_believed(tmp_path):
@@ -183,7 +185,7 @@ def test_what_came_from_nowhere_and_takes_the_place_of_a_platforms_is_marked(tmp
     collect([moodle(tmp_path / "a.zip", ada=101)], tmp_path / "out")
     mailed = handed_in(tmp_path / "mail", "ada", at=datetime.now(UTC), files=FILES | {"relay.py": b"mailed"})
     (laid,) = collect([mailed], tmp_path / "out").laid_out
-    assert "it came from no platform, and replaces a hand-in from Moodle" in laid.remark
+    assert "it did not come from a platform, but replaces a hand-in from Moodle" in laid.remark
 
 
 def test_a_platforms_hand_in_that_does_not_count_because_of_one_from_nowhere_is_marked(tmp_path):
@@ -191,7 +193,7 @@ def test_a_platforms_hand_in_that_does_not_count_because_of_one_from_nowhere_is_
     collect([mailed], tmp_path / "out")
     own = archive(tmp_path / "own.zip", {"ada_101_assignsubmission_file_/relay.py": b"own"}, at=EARLY)
     (kept,) = collect([own], tmp_path / "out").kept
-    assert "the one that counts came from no platform" in kept.remark
+    assert "the one that counts did not come from a platform" in kept.remark
 
 
 @pytest.mark.parametrize("name", ["0\ud800", "m\udcfcller"])
@@ -218,7 +220,7 @@ def test_a_folder_that_its_owner_has_closed_is_listed_and_stops_nobody(tmp_path,
     monkeypatch.setattr(os, "access", lambda path, mode, **more: Path(path).name != "ada" and may(path, mode, **more))
     result = collect([tmp_path / "in"], tmp_path / "out")
     assert counted(tmp_path / "out") == {"zoe/services"}
-    assert result.unplaced == ["ada: its owner has closed it, and must open or remove it"]
+    assert result.unplaced == ["ada: no permission to read it: ask its owner to change that, or to remove it"]
 
 
 def test_a_student_in_two_rosters_is_one_student(tmp_path):
@@ -333,7 +335,7 @@ def test_students_names_that_look_alike_have_a_look(tmp_path):
         handed_in(tmp_path / "in" / str(number), name)
     looks = {each.student: each.remark for each in collect([tmp_path / "in"], tmp_path / "out").laid_out}
     cyrillic = "\N{CYRILLIC SMALL LETTER O}k"
-    assert looks["ok"] == f"its student's name looks like that of OK and oK and {cyrillic}: whose is it?"
+    assert looks["ok"] == f"its student's name looks like that of OK and oK and {cyrillic}: check whose it is"
     assert "of OK and ok" in looks["oK"] and "and ok" in looks["OK"]
     assert "mixes Cyrillic and Latin letters" in looks["\N{CYRILLIC SMALL LETTER O}k"]
     assert "mixes Hebrew and Latin letters" in looks[names[-1]]

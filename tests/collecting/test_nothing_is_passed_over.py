@@ -123,8 +123,8 @@ def test_another_kind_of_archive_is_named_as_that(tmp_path):
     path.write_bytes(b"x")
     result = collect([bulk, path], tmp_path / "out")
     assert [line.partition(": ")[2] for line in result.unplaced] == [
-        "work.7z is an archive of a kind that is not opened: unpack it, and pack it as .zip",
-        "an archive of a kind that is not opened: unpack it, and pack it as .zip",
+        "work.7z is a kind of archive that cannot be opened: unpack it, and pack it as .zip",
+        "this kind of archive cannot be opened: unpack it, and pack it as .zip",
     ]
 
 
@@ -157,7 +157,7 @@ def test_a_likely_name_is_taken_with_a_roster_and_flagged(tmp_path, roster):
         (tmp_path / "in" / name).write_bytes(plain.read_bytes())
     result = collect([tmp_path / "in"], tmp_path / "out", roster)
     assert counted(tmp_path / "out") == {"ada/services", "bob/services", "jim/services"}
-    assert "LOOK: it does not say whose it is; by its name 'services-bob' it is assigned to bob" in describe(result)
+    assert "LOOK: it does not say who handed it in; assigned to bob by its name 'services-bob'" in describe(result)
     assert unplaced(result) == {"stranger.zip": "it does not say who handed it in"}
     assert result.missing == {"services": ["zoe"]}
 

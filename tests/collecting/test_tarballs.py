@@ -103,14 +103,14 @@ HOSTILE = {
     "a hard link": (lambda: packed([(entry("relay.py", tarfile.LNKTYPE, linkname="/etc/passwd"), b"")]), "is a link"),
     "a device": (lambda: packed([(entry("relay.py", tarfile.BLKTYPE), b"")]), "relay.py is not an ordinary file"),
     "a pipe": (lambda: packed([(entry("relay.py", tarfile.FIFOTYPE), b"")]), "relay.py is not an ordinary file"),
-    "twice": (lambda: packed([("relay.py", b"a"), ("./relay.py", b"b")]), "relay.py is in it twice"),
-    "up": (lambda: packed([("../../relay.py", b"x")]), "the path ../../relay.py leads out of it"),
-    "absolute": (lambda: packed([("/tmp/relay.py", b"x")]), "the path /tmp/relay.py leads out of it"),
+    "twice": (lambda: packed([("relay.py", b"a"), ("./relay.py", b"b")]), "relay.py is in the archive twice"),
+    "up": (lambda: packed([("../../relay.py", b"x")]), "the path ../../relay.py leads outside the archive"),
+    "absolute": (lambda: packed([("/tmp/relay.py", b"x")]), "the path /tmp/relay.py leads outside the archive"),
     "a zero byte": (
         lambda: raw(({"kind": tarfile.GNUTYPE_LONGNAME}, b"relay.py\0txt\0"), ({}, b"x")),
-        "the path relay.py\\x00txt leads out of it",
+        "the path relay.py\\x00txt leads outside the archive",
     ),
-    "deep": (lambda: packed([("a/" * 500 + "relay.py", b"x")]), "a/ ... is too deep"),
+    "deep": (lambda: packed([("a/" * 500 + "relay.py", b"x")]), "a/ ... is nested too deeply"),
 }
 
 

@@ -188,7 +188,7 @@ def test_on_a_full_disk_a_submission_is_whole_or_not_there(inbound, collect, tmp
         collect(update=update)
     submitted = tmp_path / "course" / "submitted"
     assert f"the disk with {submitted}/eve is full (No space left on device)" in str(told.value)
-    assert "\n" not in str(told.value) and str(told.value).endswith("Make room there, and collect again")
+    assert "\n" not in str(told.value) and str(told.value).endswith("Free some space there, and collect again")
     found = {str(path.relative_to(submitted)): path.read_text() for path in submitted.rglob("*") if path.is_file()}
     assert {path: text for path, text in found.items() if path.startswith("eve/")} == before
     monkeypatch.undo()

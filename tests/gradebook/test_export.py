@@ -148,7 +148,7 @@ def test_what_was_handed_in_and_is_not_graded_yet_gets_no_0(book, tmp_path, capl
     rows = [dict(zip(lines[0], line, strict=True)) for line in lines[1:]]
     states = {row["assignment"]: (row["state"], row["score"]) for row in rows if row["student_id"] == "eve"}
     assert states == {"calculator": ("not handed in", "0"), "services": ("not graded yet", "")}
-    assert "services: handed in, and not graded yet: eve. Grade, and export again" in caplog.text
+    assert "services: handed in, but not graded yet: eve. Grade, and export again" in caplog.text
     assert "services: handed in, not graded yet, and not in the gradebook: fay. Grade, and export again" in caplog.text
     assert "fay" not in {row["student_id"] for row in rows}
 
@@ -262,7 +262,7 @@ def test_canvas_never_guesses_between_two(book, tmp_path, caplog):
         (lambda path: "", "export the gradebook from Canvas, and give the file"),
         (lambda path: str(path / "none.csv"), "cannot be read"),
         (lambda path: str(path / "gradebook.db"), "is no gradebook exported from Canvas|cannot be read"),
-        (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no ID of a student"),
+        (lambda path: roster(path, '"No Id",,S1,ada,Sec 1,,,'), "line 4 of .* has no student ID"),
         (
             lambda path: roster(path, f'"{"x" * 200_000}",101'),
             "is not a gradebook exported from Canvas: field larger than",
@@ -369,4 +369,4 @@ def test_on_nbgraders_command_line(book, tmp_path):
     assert done.returncode == 1 and done.stderr.splitlines()[-1].startswith(
         "autograder: export the gradebook from Canvas, and give the file: --CanvasExporter.roster=FILE"
     )
-    assert "--CanvasExporter.automatic=True exports what the tests gave" in done.stderr
+    assert "--CanvasExporter.automatic=True exports the points of the tests" in done.stderr

@@ -354,11 +354,11 @@ def test_more_time_given_by_the_command_counts_for_both_commands_and_can_be_take
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["ada"], "say how much: --days, --until or --take-back, one of them"),
-        (["ada", "--days", "1", "--take-back"], "say how much: --days, --until or --take-back, one of them"),
-        (["--days", "1"], "say who: the names of students come first"),
+        (["ada"], "give one of --days, --until and --take-back"),
+        (["ada", "--days", "1", "--take-back"], "give one of --days, --until and --take-back"),
+        (["--days", "1"], "name the students, before the options"),
         (["ada", "", "--days", "1"], "the name of a student is empty"),
-        (["ada", "--days", "1e308"], "more time is at most 3660 days"),
+        (["ada", "--days", "1e308"], "an extension is at most 3660 days"),
         (["ada", "--until", "tomorrow"], "'tomorrow' is not a time: write it as '2026-11-20 23:59 UTC'"),
         (["ada", "--days", "1", "--assignment", "calculus"], "there is no exercise 'calculus'; there are: actions, "),
     ],
@@ -394,6 +394,6 @@ def test_a_folder_without_a_course_has_no_extensions(tmp_path):
 
 def test_extensions_that_cannot_be_read_are_told_before_anything_is_graded(course):
     (course / extensions.FILE).write_text('{"ada": 3}')
-    with pytest.raises(UsageError, match="extensions.json cannot be read: .* Mend it, or remove it"):
+    with pytest.raises(UsageError, match="extensions.json cannot be read: .* Correct it, or delete it"):
         Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted")
     assert "extensions.json cannot be read" in extend(course, "bob", "--days", "1").stderr

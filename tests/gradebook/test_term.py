@@ -130,7 +130,7 @@ def test_a_submission_that_the_grader_failed_at_is_named_beside_the_grades(cours
         output.write(failed, Basis(str(course / "submitted"), "suite", "files"))
     with Scores(f"sqlite:///{course / 'gradebook.db'}", course / "submitted") as scores:
         scores.write(report("ada"))
-    line = "Without a grade, because the grader failed: bob/calculator."
+    line = "No grade, because the grader failed: bob/calculator."
     assert line in exported(course, "--automatic")[1].splitlines()
     assert line not in exported(course, "--automatic", "--student", "ada")[1].splitlines()
 
@@ -148,7 +148,7 @@ def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):
         "bob": "graded",
         "zoe": "not handed in",
     }
-    why = "because they have left the class, and nothing of theirs was collected: eve"
+    why = "because they have left the class without a hand-in: eve"
     assert f"1 student without a line in the file, {why}" in said and "not handed in by zoe" in said
     moodle = tmp_path / "moodle.csv"
     said = run("export", course / "out", "--for", "moodle", "--to", moodle, "--automatic", "--missing-is-zero")
@@ -160,7 +160,7 @@ def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):
     with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
         book.add_assignment("services")
     said = run("export", course / "out", "--for", "csv", "--to", course / "grades.csv", "--missing-is-zero")
-    assert "services: nothing was collected of these, who have left the class: ada" in said
+    assert "services: no hand-in from these students, who have left the class: ada" in said
     with open(course / "grades.csv", newline="") as file:
         lines = {(one["assignment"], one["student_id"]): (one["state"], one["score"]) for one in csv.DictReader(file)}
     assert lines["services", "ada"] == ("has left the class", "") and lines["services", "bob"] == ("not handed in", "0")
@@ -172,7 +172,7 @@ def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
     table, said = exported(course)
     assert {line["state"] for line in table.values()} == {"waiting for marks"}
     assert f"calculator: waiting for a mark of {QUESTION}: ada, bob" in said
-    assert "--automatic exports what the tests gave" in said.splitlines()
+    assert "--automatic exports the points of the tests" in said.splitlines()
     table, _ = exported(course, "--automatic")
     assert {line["score"] for line in table.values()} == {f"{MOST:g}"}
 
@@ -262,7 +262,7 @@ def test_an_answer_that_is_another_than_the_marked_one_waits_for_a_mark_again(co
         marked.manual_score, marked.needs_manual_grade = 1, False
         book.find_comment(QUESTION, "calculator", "calculator", "ada").manual_comment = "Nothing there."
         book.db.commit()
-    said = "Answers of calculator that were marked by hand have changed, and wait for a mark again: ada."
+    said = "Answers of calculator changed after they were marked by hand, and wait for a new mark: ada."
     assert said not in grade(course).splitlines()
     answered(course, "ada", " \n")  # no other text
     assert said not in grade(course).splitlines()
@@ -314,7 +314,7 @@ def test_a_wrong_export_is_one_line(course, tmp_path):
     grade(course)
     for options, says in {
         ("--for", "canvas"): "export the gradebook from Canvas, and give the file: --from-canvas FILE",
-        ("--for", "moodle", "--user", "shoe"): "--user is one of username",
+        ("--for", "moodle", "--user", "shoe"): "--user must be one of username",
     }.items():
         ran = CliRunner().invoke(app, ["export", str(course / "out"), *options, "--to", str(tmp_path / "x.csv")])
         assert says in str(ran.exception) and type(ran.exception).__name__ in ("CannotExport", "UsageError")
@@ -339,8 +339,8 @@ def test_a_gradebook_on_a_full_disk_is_one_line_and_goes_on(course, tmp_path, si
         ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
         assert ran.returncode == 3
         (line,) = ran.stderr.splitlines()
-        assert line.startswith("autograder: stopped, what is done is kept: ")
-        assert line.endswith(". Make room, and run the command again; `grade` goes on with --resume")
+        assert line.startswith("autograder: stopped, finished work is kept: ")
+        assert line.endswith(". Free some space, and run the command again; `grade` continues with --resume")
         subprocess.run(["mount", "-o", "remount,size=9m", small], check=True)
         ran = subprocess.run(command, capture_output=True, text=True, timeout=120)
         assert (ran.returncode, ran.stderr) == (0, "")

@@ -129,17 +129,17 @@ def test_a_second_coordinator_on_the_same_folder_refuses(submitted, tmp_path):
     assert scores(out) == {"ada": 10}
 
 
-@pytest.mark.matrix  # that what is done is kept shows SIGKILL
+@pytest.mark.matrix  # that finished work is kept shows SIGKILL
 def test_ctrl_c_stops_with_what_is_done_kept(confinement, submitted, tmp_path):
     process = begin(submitted, tmp_path / "out", "--jobs", "1", start_new_session=True)
     assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does
     code, _, errors = end(process)
-    assert (code, errors) == (130, "autograder: stopped, what is done is kept\n")
+    assert (code, errors) == (130, "autograder: stopped, finished work is kept\n")
     assert results(tmp_path / "out")
 
 
-@pytest.mark.matrix  # that what is done is kept shows SIGKILL; tests/gradebook/test_term.py fills a disk
+@pytest.mark.matrix  # that finished work is kept shows SIGKILL; tests/gradebook/test_term.py fills a disk
 @pytest.mark.skipif(os.geteuid() != 0, reason="a file system of its own size needs root")
 def test_a_full_disk_stops_it_with_what_is_done_kept(confinement, submitted, tmp_path):
     """And it goes on when there is room again."""
@@ -152,8 +152,8 @@ def test_a_full_disk_stops_it_with_what_is_done_kept(confinement, submitted, tmp
     try:
         code, _, errors = end(begin(submitted, out, "--no-gradebook"))
         assert code == 3 and errors == (
-            "autograder: stopped, what is done is kept: writing: No space left on device. "
-            "Make room, and run the command again; `grade` goes on with --resume\n"
+            "autograder: stopped, finished work is kept: writing: No space left on device. "
+            "Free some space, and run the command again; `grade` continues with --resume\n"
         )
         done = scores(out)
         assert len(done) < len(STUDENTS)
@@ -202,7 +202,7 @@ def test_what_is_no_submission_is_named(tmp_path):
         ".git: left out, because its name begins with a full stop",
         "jim/Services: is that services?",
         "leo.zip: not a student's folder",
-        "mia: files, but no folder of an exercise around them",
+        "mia: files that are not in the folder of an exercise",
     ]
     with pytest.raises(UsageError, match="; jim/Services: is that services[?]$"):
         listing.find(tmp_path, None, ["jim"])
@@ -224,7 +224,7 @@ def test_no_scheduler_there(submitted, tmp_path, monkeypatch):
     monkeypatch.setenv("DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT", "1s")
     code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1"))
     assert code == 3 and errors.startswith(
-        "autograder: stopped, what is done is kept: no Dask scheduler answers at tcp://127.0.0.1:1"
+        "autograder: stopped, finished work is kept: no Dask scheduler answers at tcp://127.0.0.1:1"
     )
     assert errors.count("\n") == 1
 
@@ -331,7 +331,7 @@ def test_a_cluster_that_is_lost_is_told(confinement, submitted, dask_cluster, tm
     assert wait_until(lambda: results(tmp_path / "out"), 2 * SLOW)
     dask_cluster.close()
     code, _, errors = end(process)
-    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: ") and errors.count("\n") == 1
+    assert code == 3 and errors.startswith("autograder: stopped, finished work is kept: ") and errors.count("\n") == 1
     assert end(begin(submitted, tmp_path / "out", "--resume"))[::2] == (0, "")
     assert scores(tmp_path / "out") == ALL
 
@@ -345,7 +345,7 @@ def test_a_worker_with_other_code_is_refused(submitted, dask_cluster, tmp_path):
         file.write("LIMITS.clear()\n")
     dask_cluster.worker(PYTHONPATH=str(tmp_path / "other"))
     code, _, errors = end(begin(submitted, tmp_path / "out", "--scheduler", dask_cluster.address))
-    assert code == 3 and errors.startswith("autograder: stopped, what is done is kept: the worker tcp://127.0.0.1:")
+    assert code == 3 and errors.startswith("autograder: stopped, finished work is kept: the worker tcp://127.0.0.1:")
     assert errors.endswith(
         " has another version of the course (autograder/sandbox/sandbox.py differs): "
         "install the same one on both machines, then start the worker again\n"

@@ -151,7 +151,7 @@ def test_who_has_handed_in_again_since_is_named_so_that_nobody_hides_a_copy(out,
     (tmp_path / "submitted" / "bob" / "calculator" / "calculator_server.py").write_text("pass\n")
     cli.app(["report", str(out)], standalone_mode=False)
     assert "handed in again since this result" in (said := capsys.readouterr().out)
-    assert "(`autograder regrade` grades the new ones): bob/calculator\n" in said
+    assert "(`autograder regrade` grades the new files): bob/calculator\n" in said
     assert "handed in again since this result" in (out / "report.html").read_text()
     cli.app(["similar", str(out), "--html", str(tmp_path / "similar.html")], standalone_mode=False)
     assert "handed in again since the grading; compared is the new hand-in" in (said := capsys.readouterr().out)
@@ -160,7 +160,7 @@ def test_who_has_handed_in_again_since_is_named_so_that_nobody_hides_a_copy(out,
     shutil.rmtree(tmp_path / "submitted" / "cy")
     cli.app(["export", str(out), "--for", "csv", "--to", str(tmp_path / "grades.csv")], standalone_mode=False)
     assert f"LOOK: {REPLACED}: bob/calculator\n" in (said := capsys.readouterr().out)
-    assert "their folder is no longer there (was it renamed?): cy/calculator\n" in said
+    assert "their folder no longer exists (was it renamed?): cy/calculator\n" in said
     cli.app(["similar", str(tmp_path / "submitted")], standalone_mode=False)  # of these nothing was graded
     assert "handed in again" not in capsys.readouterr().out
 

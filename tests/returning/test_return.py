@@ -161,7 +161,7 @@ def test_marks_by_hand_and_lateness_are_in_what_is_returned(tmp_path):
     (course / "gradebook.db").rename(tmp_path / "kept.db")
     assert describe(give_back(out, out / "returned")).startswith("LOOK: no gradebook was found, so the pages have no ")
     course.rename(tmp_path / "moved")
-    with pytest.raises(UsageError, match=r"are no longer in .*course.submitted, so that the gradebook is not known"):
+    with pytest.raises(UsageError, match=r"are no longer in .*course.submitted, so the gradebook is unknown"):
         give_back(out, out / "returned", "files")
     give_back(out, tmp_path / "named", "files", gradebook=f"sqlite:///{tmp_path / 'kept.db'}")
     page = record.read((tmp_path / "named" / "ada-services-feedback.html").read_bytes())
@@ -197,7 +197,7 @@ def test_no_page_goes_to_somebody_who_handed_in_something_else_since(tmp_path):
     collect([archive(tmp_path / "b.zip", changed, at=NEXT_WEEK)], submitted)
     result = give_back(out, out / "returned")
     assert result.made == {}
-    assert "something else was handed in since" in result.left_out[0]
+    assert "other files were handed in since" in result.left_out[0]
 
 
 def test_no_page_goes_to_one_of_two_people_under_one_name(tmp_path):
@@ -220,7 +220,7 @@ def test_a_page_of_what_was_mailed_before_something_else_is_not_returned(tmp_pat
     newer = handed_in(tmp_path / "newer", "ada", at=LATER, files=FILES | {"relay.py": b"newer"})
     collect([newer], submitted)
     result = give_back(out, out / "returned")
-    assert result.made == {} and "something else was handed in since" in result.left_out[0]
+    assert result.made == {} and "other files were handed in since" in result.left_out[0]
 
 
 def test_pages_that_would_be_called_alike_are_given_to_neither(tmp_path):
@@ -243,7 +243,7 @@ def test_who_has_no_page_is_said(submitted, tmp_path):
     result = give_back(out, out / "returned", roster=roster)
     assert "ada/services: the grader failed, and there is no score yet" in describe(result)
     assert (result.nothing, result.ungraded) == (["nobody"], ["dan"])
-    assert "what they have handed in is not graded yet:\n  dan" in describe(result)
+    assert "the submission is not graded yet:\n  dan" in describe(result)
     (page,) = pages(out / "returned" / "services-moodle.zip").values()
     assert page.status == INVALID_SUBMISSION
 
@@ -254,11 +254,11 @@ def test_what_an_unfinished_grading_has_left_is_said_without_a_roster(submitted,
         results.asks([(student, "services") for student in ("ada", "doejane", "gone")])
     assert cli.app(["return", str(out)], standalone_mode=False) == 1
     told = capsys.readouterr().out
-    assert "Without a page, because what they have handed in is not graded yet:\n  doejane\n" in told
+    assert "Without a page, because the submission is not graded yet:\n  doejane\n" in told
     assert told.endswith("1 page returned; 1 not.\n")
     cli.app(["report", str(out)], standalone_mode=False)
     told = " ".join(capsys.readouterr().out.split())
-    assert "handed in, and not graded yet (`autograder grade` with --resume grades the rest): doejane/services" in told
+    assert "handed in, but not graded yet (`autograder grade` with --resume grades the rest): doejane/services" in told
     graded(submitted, out, report("doejane"))
     assert cli.app(["return", str(out)], standalone_mode=False) == 0
     (submitted / "ada" / "calculator").mkdir()
@@ -349,7 +349,7 @@ def test_one_return_at_a_time(submitted, tmp_path):
     """Two would both find the same pages changed, and a student would get a comment twice."""
     out = graded(submitted, tmp_path / "out", report("ada"))
     descriptor = lock(out / LOCK, "busy")
-    with pytest.raises(UsageError, match="another `autograder return` goes on in .*out: wait until it has ended"):
+    with pytest.raises(UsageError, match="another `autograder return` is running in .*out: wait until it has finished"):
         give_back(out, out / "returned", changed=True)
     os.close(descriptor)
     assert give_back(out, out / "returned", changed=True).changed == ["ada/services"]

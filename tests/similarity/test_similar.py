@@ -603,7 +603,7 @@ def test_the_output_of_grade_tells_where_the_submissions_are(submitted, tmp_path
     with pytest.raises(UsageError, match="are no longer in .*submitted: give their folder instead"):
         find(out, None, 5)
     (out / output.DETAILS).unlink()
-    with pytest.raises(UsageError, match="does not tell where the submissions are"):
+    with pytest.raises(UsageError, match="does not record where its submissions are"):
         find(out, None, 5)
 
 

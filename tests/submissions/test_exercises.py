@@ -84,7 +84,7 @@ def test_fits_notebook_and_solution(name):
         ("suite.py", "def test_a():\n    pass\n", "test_a needs one @points"),
         ("suite.py", "def helper():\n    pass\n", r"suite\.py has no test"),
         ("suite.py", "a = '\0'\n", r"suite\.py: .*null bytes"),
-        ("suite.py", TEST.format("points(1, cell='a')") * 2, "line 6: test_a is there twice"),
+        ("suite.py", TEST.format("points(1, cell='a')") * 2, "line 6: test_a is defined twice"),
         ("suite.py", TEST.format("points(1, cell='a')\n@points(1, cell='a')"), "test_a needs one @points"),
         *(("suite.py", TEST.format(call), f"line 2: test_a needs @points.*; {told}$") for call, told in POINTS.items()),
         *(("exercise.toml", toml(**{key: value}), f"{key} must be .*, not {told}$") for key, value, told in VALUES),
