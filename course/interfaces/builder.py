@@ -81,7 +81,7 @@ class Built:
         return self.prefix / "lib" / "python"
 
     def variables(self, base: Mapping[str, str] = os.environ) -> dict[str, str]:
-        """What a process needs to import the package: the search paths in `base` with this package in front."""
+        """Return what a process needs to import the package: the search paths in `base`, with this package in front."""
         return {
             name: os.pathsep.join([str(folder), *(e for e in base.get(name, "").split(os.pathsep) if e)])
             for name, folder in (("PYTHONPATH", self.site_packages), ("AMENT_PREFIX_PATH", self.prefix))
@@ -113,7 +113,7 @@ class Built:
 
 
 def cache_folder() -> Path:
-    """Where builds are kept: $COURSE_CACHE, or `ros2-course` in the user's cache folder."""
+    """Return the folder of builds: $COURSE_CACHE, or `ros2-course` in the user's cache folder."""
     return Path(os.environ.get("COURSE_CACHE", user_cache()))
 
 
@@ -175,7 +175,7 @@ def hides(package: str) -> str:
 
 
 def identity(package: str, files: Mapping[str, str] | Iterable[str | Path]) -> str:
-    """What tells a build of these definitions from any other: the name of its folder; raises InterfaceError."""
+    """Return the name of a build's folder, which differs for other definitions; raises InterfaceError."""
     return _key(package, _read(files))
 
 
@@ -210,7 +210,7 @@ def _key(package: str, texts: Mapping[str, str]) -> str:
 
 @cache
 def _builder() -> tuple[list[str], list[str]]:
-    """What builds: the versions of the tools, and this package's own text.  Asked at every start of a node."""
+    """Return the versions of the tools, and this package's own text.  Asked at every start of a node."""
     versions = [sys.version, platform.machine()]
     for distribution in TOOL_CHAIN:
         try:

@@ -26,7 +26,7 @@ TRIES = 3  # until a goal has come within the last step of another one, on a bus
 
 @dataclass
 class Blocking:
-    """What came of a goal whose shaft was blocked, and of the goals after it."""
+    """The results of a goal whose shaft was blocked, and of the goals after it."""
 
     ride: Ride
     running: bool  # the goal still ran when the shaft was to be blocked
@@ -51,7 +51,7 @@ class Preemption:
 
 @dataclass
 class Asked:
-    """What the service that blocks the shaft answered while a goal ran."""
+    """The answers of the service that blocks the shaft while a goal ran."""
 
     goal: Goal
     running: bool = True  # the goal still ran when the service was first asked
@@ -86,7 +86,7 @@ class Busy(Server):
 
     @property
     def takes_over(self) -> bool:
-        """Whether a goal that another one takes over from ends as ABORTED, soon."""
+        """Return True if a goal that another one takes over from ends soon, as ABORTED."""
         with suppress(Fault), self.preemption() as seen:
             return bool(seen.running and seen.rides[0].end == "ABORTED")
         return False
@@ -117,7 +117,7 @@ class Busy(Server):
 
     @contextmanager
     def _scene(self, name: str, question: Callable[[float, Alive], Any], what: str, *wanted: str) -> Iterator[Any]:
-        """What came of a scene, which is played once; again, from the same floor, when something is found wrong."""
+        """Yield the result of a scene, played once; again, from the same floor, when something is found wrong."""
 
         def play(limit: float, alive: Alive) -> Any:
             self._rng = random.Random(f"{self._seed} {name}")
@@ -183,7 +183,7 @@ class Busy(Server):
         goal.wait(lambda g: g.status, self.bench.clock.allow(limit))
 
     def hangs(self, goal: Goal) -> Fault | None:
-        """What is wrong with a goal of which nothing is heard, of a lift whose goals get no result."""
+        """Return the Fault of a goal without feedback, of a lift whose goals get no result; None if it is not one."""
         return self.unfinished(goal) if self.endless and not goal.feedback and not goal.status else None
 
     def _preempt(self, limit: float, alive: Alive) -> Preemption | Fault | None:
@@ -294,7 +294,7 @@ class Busy(Server):
         return Preemption([first, second, Ride(floors, goal)], running, self._refuses_replaced(limit, alive))
 
     def _refuses_replaced(self, limit: float, alive: Alive) -> bool:
-        """Whether a goal in its first step, from which another one takes over, cannot be cancelled any more.
+        """Return True if a goal in its first step that another one takes over from can no longer be cancelled.
 
         It is asked for twice: when it ends just as its server decides about a cancel, the answer is the same, once.
         """

@@ -80,19 +80,19 @@ class Server(LiveProgram):
 
     @property
     def place(self) -> int:
-        """Where the cabin is, as far as the feedback tells, and the results of goals without any."""
+        """Return the floor of the cabin according to the feedback, and to the results of goals without any."""
         told = next((where for goal in reversed(self.goals) if (where := last_place(goal)) is not None), 0)
         return max(0, min(TOP, told))  # whatever it tells, the next goals are possible ones
 
     @property
     def exception(self) -> str:
-        """What an execute callback has raised last, and so ended its goal; or nothing."""
+        """Return the last exception of an execute callback, which ended its goal; '' without one."""
         _, found, raised = self.log.rpartition(RAISED)
         source = self.bench.files[self.file].decode(errors="replace")
         return excerpt(raised.partition("\n")[0], source, self.program.hidden) if found else ""
 
     def how(self, status: str) -> str:
-        """How a goal ended, in words for the student, with the exception that ended it."""
+        """Return how a goal ended, in words for the student, with the exception that ended it."""
         reason = self.exception if status == "ABORTED" else ""
         return f"ended as {status}" + (
             f", because its execute callback raised an exception: {reason}" if reason else ""
@@ -134,7 +134,7 @@ class Server(LiveProgram):
         return goal
 
     def set(self, blocked: bool, limit: float, alive: Alive) -> bool | None:
-        """What the service that blocks the shaft answers; None when it does not."""
+        """Return the answer of the service that blocks the shaft; None without an answer."""
         response = self.ros.call(self.service, SetBool.Request(data=blocked), limit, alive)
         return None if response is None else bool(response.success)
 
@@ -157,7 +157,7 @@ class Server(LiveProgram):
         return True
 
     def unfinished(self, goal: Goal) -> Fault:
-        """What is wrong with a goal that was given up: how far it has come."""
+        """Return the Fault of a goal that was given up, which says how far it got."""
         if self.program.wait(DYING):
             return Crashed(f"{self.file} died while it worked on a goal: {self.program.last_words()}.")
         heard = [*goal.heard]
@@ -170,20 +170,20 @@ class Server(LiveProgram):
 
 
 def last_place(goal: Goal) -> int | None:
-    """Where the cabin was when the goal told of it last; None when it never did."""
+    """Return the floor of the goal's last feedback; None if it has none."""
     if goal.feedback:
         return floors_heard(goal)[-1]
     return goal.result.floor if goal.status else None
 
 
 def begins_with_its_place(ride: Ride) -> bool:
-    """Whether the first goal of a lift was told of by a message for floor 0, and then by those of its steps."""
+    """Return True if a lift's first goal began with feedback for floor 0, and then that of its steps."""
     told = [heard.message.floor for heard in ride.goal.heard]
     return told[:1] == [0] and ride.floors[0] > 1 and told[1:] == [floor for floor, _ in steps(0, ride.floors)]
 
 
 def tells_its_place(heard: Sequence[Heard], earlier: Sequence[Goal]) -> bool:
-    """Whether a goal's first message is for the floor where the cabin stood, as the `earlier` goals tell."""
+    """Return True if a goal's first feedback is for the floor of the cabin, according to `earlier` goals."""
     if not heard:
         return False
     before = [told for goal in earlier for told in list(goal.heard) if told.published < heard[0].published]
@@ -228,7 +228,7 @@ class Quick(Server):
             self._sample = None
 
     def ends_well(self, ride: Ride) -> bool:
-        """Whether a goal has made its stops and ended as every goal does; that this is SUCCEEDED is another test's."""
+        """Return True if a goal made its stops and ended as every goal does; another test judges SUCCEEDED."""
         return ride.end == "SUCCEEDED" or (ride.made and ride.end == (self._usual or "SUCCEEDED"))
 
 
@@ -252,7 +252,7 @@ class Early(Server):
         self._thread.join()
 
     def _play(self, limit: float, alive: Alive) -> Any:
-        """What happens; None when the program died or did not answer."""
+        """Return the result of the event; None if the program died or did not answer."""
         raise NotImplementedError
 
     def _use_spare(self) -> None:
@@ -289,7 +289,7 @@ class EarlyKinds(Early):
 
 @dataclass
 class Slowly:
-    """What came of goals with long steps."""
+    """The results of goals with long steps."""
 
     rides: list[Ride]  # the second one was sent in the first step of the first
     twice: Ride | None = None  # asked for the floor where the cabin stood, twice

@@ -40,7 +40,7 @@ Event = Callable[[Goal, int], float]
 
 @dataclass(frozen=True)
 class Way:
-    """Where a cabin is when something happens: after the first step of its goal, or after some to and fro."""
+    """The place of a cabin when something happens: after the first step of its goal, or after some to and fro."""
 
     up: bool
     leg: str  # of LEGS: on the way to which of its stops
@@ -53,7 +53,7 @@ class Way:
         return TOP // 2 - 1 if self.up else TOP // 2 + 1
 
     def suits(self, here: int) -> bool:
-        """Whether there is room from that floor."""
+        """Return True if there is room from that floor."""
         return here <= TOP - ROOM if self.up else here >= ROOM
 
     def floors(self, here: int) -> list[int]:
@@ -141,7 +141,7 @@ class EachWay(EarlyKinds):
         return True
 
     def _steps_after(self, way: Way, event: Event, limit: float, alive: Alive) -> int | None:
-        """How many steps of a goal came after what happens was answered; None when nothing shows that."""
+        """Return the number of a goal's steps after the event was answered; None if nothing shows it."""
         if not way.suits(self.place) and not self._ends(self.give([way.start], alive, limit)):
             return None
         here = self.place

@@ -113,7 +113,7 @@ class Encounter:
 
     @property
     def doing(self) -> str:
-        """Which run it is, in words for the student."""
+        """Return the run, in words for the student."""
         floors = (
             f"floors of {self._range[0]} and more, one of them twice, one of 0 and " if self._range[0] > TOP else ""
         )
@@ -139,7 +139,7 @@ class Encounter:
 
     @property
     def end(self) -> str:
-        """How its goal has ended, as the server knows."""
+        """Return how its goal ended, according to the server."""
         ends = {"reject": "REJECTED", "abort": "ABORTED"}
         if self.script in ("cancel", "stopped"):
             stopped = "CANCELED" if self.script == "cancel" else "ABORTED"
@@ -159,7 +159,7 @@ class Encounter:
         return self._bench.shown(CLIENT, output)
 
     def works(self) -> bool:
-        """Whether the client has done something of what it must do with a server that succeeds."""
+        """Return True if the client did some of its tasks with a server that succeeds."""
         try:
             program = self._finish()
         except Fault:
@@ -169,7 +169,7 @@ class Encounter:
 
     @property
     def output(self) -> str:
-        """What the client, whose goal has come, has printed until its end, by itself and in time; else nothing."""
+        """Return the output of a client whose goal came and that ended by itself and in time; otherwise ''."""
         try:
             program = self._finish()
         except Fault:
@@ -177,7 +177,7 @@ class Encounter:
         return program.output if self.goals else ""  # it may say that it found no server, when the machine is busy
 
     def exits_with(self, status: int) -> bool:
-        """Whether it ends in time, by itself and with this exit status."""
+        """Return True if it ends in time, by itself and with this exit status."""
         try:
             return self._finish().exit_status == status
         except Fault:

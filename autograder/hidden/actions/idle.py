@@ -37,7 +37,7 @@ class Idle(EarlyKinds):
         return True
 
     def _moved(self, limit: float, alive: Alive) -> str:
-        """What is wrong when the cabin has left its place by itself; empty when nothing shows that."""
+        """Return what is wrong if the cabin has left its floor by itself; '' if nothing shows that."""
         first = self._goal([LOW], limit, alive)
         waited = self._left_alone(alive) if self._arrived(first, LOW) else 0.0
         if not waited:
@@ -52,7 +52,7 @@ class Idle(EarlyKinds):
         )
 
     def _freed(self, limit: float, alive: Alive) -> str:
-        """What is wrong when the shaft was free again by itself; empty when nothing shows that."""
+        """Return what is wrong if the shaft became free by itself; '' if nothing shows that."""
         before = self._goal([LOW], limit, alive)
         if not self._arrived(before, LOW) or self.set(True, limit, alive) is None:
             return ""
@@ -105,5 +105,5 @@ class Idle(EarlyKinds):
 
     @staticmethod
     def _arrived(ride: Ride | None, floor: int) -> bool:
-        """Whether a goal has brought the cabin there, as its feedback tells."""
+        """Return True if a goal has brought the cabin there, according to its feedback."""
         return bool(ride and floors_heard(ride.goal)[-1:] == [floor])

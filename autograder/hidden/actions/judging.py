@@ -114,7 +114,7 @@ def expect_one_cabin(seen: Preemption) -> None:
 
 
 def first_step(goal: Goal) -> list[float]:
-    """How long (s) the first step of a goal took that did not wait, from when it was sent; empty without feedback."""
+    """Return the time (s) of the first step of a goal that did not wait, since it was sent; [] without feedback."""
     began = goal.sent + time.time() - time.monotonic()
     return [heard.published - began for heard in goal.feedback[:1]]
 
@@ -138,7 +138,7 @@ def expect_steps_in_turn(first: Ride, second: Ride, back: Goal | None) -> None:
 
 
 def slow_steps(goals: Sequence[Goal]) -> list[float]:
-    """How long (s) the steps of goals took that moved one after the other, from when the first was sent."""
+    """Return the times (s) of the steps of goals that moved one after the other, from when the first was sent."""
     began = [goal.sent + time.time() - time.monotonic() for goal in goals[:1]]
     times = [heard.published for goal in goals for heard in goal.feedback]
     return [b - a for a, b in pairwise([*began, *times])]
@@ -218,7 +218,7 @@ def expect_no_step_when_cancelled(first: Goal, waited: Goal) -> None:
 
 
 def makes_more_steps(goal: Goal) -> bool:
-    """Whether a goal began a step after its cancel was accepted, which the test of a cancel judges."""
+    """Return True if a goal began a step after its cancel was accepted, which the test of a cancel judges."""
     return bool(goal.cancel_answered) and published_later(goal, goal.cancel_answered) > 1
 
 
@@ -274,14 +274,14 @@ def expect_each_direction(told: Sequence[Heard], period: float, rule: str) -> No
 
 
 def left_elsewhere(seen: Blocking) -> bool:
-    """Whether the cabin was not where the goal that was aborted has left it, by the first step after that."""
+    """Return True if the next step shows that the cabin was not where the aborted goal left it."""
     heard = way(seen.ride.goal)
     first = floors_heard(seen.freed.goal)[:1]
     return bool(heard and first) and seen.ride.goal.result.floor == heard[-1] and abs(first[0] - heard[-1]) > 1
 
 
 def says_elsewhere(seen: Blocking) -> bool:
-    """Whether the result of a goal that was aborted before its first step names a floor to which no step has led."""
+    """Return True if the result of a goal aborted before its first step names a floor that no step led to."""
     there = {floor for ride in seen.there for floor in ride.floors}
     return seen.away.end == "ABORTED" and seen.away.goal.result.floor not in {seen.here, *there}
 

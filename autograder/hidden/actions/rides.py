@@ -1,4 +1,4 @@
-"""How a cabin must move, and what a goal has told of that: no ROS in here."""
+"""The moves of a cabin, and what a goal has told of them: no ROS in here."""
 
 import time
 from collections.abc import Sequence
@@ -20,20 +20,20 @@ class Ride:
 
     @property
     def end(self) -> str:
-        """How it ended; raises the Fault of a goal that was given up because no result came."""
+        """Return how it ended; raises the Fault of a goal that was given up because no result came."""
         if self.goal.fault:
             raise self.goal.fault
         return STILL if self.still else self.goal.status
 
     @property
     def made(self) -> bool:
-        """Whether the cabin has been at its last floor, by its feedback or by its result."""
+        """Return True if the cabin has been at its last floor, by its feedback or by its result."""
         result = list(self.goal.result.stops) if self.goal.status else []
         return way(self.goal)[-1:] == self.floors[-1:] or result == self.floors
 
 
 def steps(start: int, floors: Sequence[int]) -> list[tuple[int, int]]:
-    """What is told of a goal from the floor `start`: the floor, and the stops that are left, after each step."""
+    """Return the feedback of a goal from the floor `start`: floor and remaining stops after each step."""
     here, left = start, list(floors)
     told: list[tuple[int, int]] = []
     while True:
@@ -62,7 +62,7 @@ def way(goal: Goal) -> list[int]:
 
 
 def follows(goal: Goal, floors: Sequence[int], top: int) -> bool:
-    """Whether the feedback so far is that of a cabin on its way to these floors, wherever it started."""
+    """Return True if the feedback so far is that of a cabin on its way to these floors, from any start."""
     heard = floors_heard(goal)
     return any([floor for floor, _ in steps(start, floors)][: len(heard)] == heard for start in range(top + 1))
 
@@ -78,7 +78,7 @@ def moves(goal: Goal) -> list[Heard]:
 
 
 def later(goal: Goal, moment: float) -> int:
-    """How many feedback messages came after that moment; one for the same floor as that before it counts with it."""
+    """Return the number of feedback messages after that moment, without those that repeat a floor."""
     return sum(heard.time > moment for heard in moves(goal))
 
 
@@ -88,13 +88,13 @@ def counted(number: int, what: str = "feedback message") -> str:
 
 
 def published_later(goal: Goal, moment: float) -> int:
-    """How many such messages its server published after that moment, however late they came."""
+    """Return the number of such messages that the server published after that moment, however late they came."""
     moment += time.time() - time.monotonic()  # a time of the publisher's clock
     return sum(heard.published > moment for heard in moves(goal))
 
 
 def lengths(told: Sequence[Heard]) -> list[float]:
-    """How long (s) each step took between messages of goals that moved one after the other, by their publisher's clock.
+    """Return the times (s) of steps between messages of successive goals, by their publisher's clock.
 
     A message for a floor that was told before is no step.
     """

@@ -1,4 +1,4 @@
-"""What the lift of section 3.2 must do, as a conversation with the student's server and client.
+"""Tests of the lift of section 3.2, as a conversation with the student's server and client.
 
 Points add up to 20.  The message of a failure speaks of the task; the numbers that were drawn stay with the grader.
 """
@@ -374,7 +374,7 @@ def test_rejects(quick: Quick, busy: Busy, cancelled: Cancelled, one_floor: Serv
 @points(0.5, cell="lift-server")
 @twice
 def test_rejected_goal_changes_nothing(busy: Busy, quick: Quick, rng: random.Random) -> None:
-    """A rejected goal preempts nobody, and leaves the cabin where it is."""
+    """A rejected goal does not preempt another one, and leaves the cabin where it is."""
     impossible = [floors for floors in ([TOP + 1], [-1], []) if not busy.send(floors).accepted]
     if not impossible:
         raise Wrong("A goal that cannot be reached must be rejected; it was accepted.")
@@ -868,7 +868,7 @@ def test_client_without_server(bench: Bench, clients: Mapping[str, Encounter]) -
 @points(0.25, cell="lift-client")
 @twice
 def test_client_arguments(called: Called, clients: Mapping[str, Encounter]) -> None:
-    """With wrong arguments the client prints how to use it; those that are meant for ROS are none of its own."""
+    """With wrong arguments the client prints how to use it; it ignores arguments for ROS."""
     expect_able(clients)
     for doing, run in called.misused.items():
         expect_usage(run, doing)

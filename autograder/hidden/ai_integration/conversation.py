@@ -98,7 +98,7 @@ ENDING = 5.0  # s of real time in which a program that has left its topic ends, 
 
 
 class Command(NamedTuple):
-    """What a Twist tells the robot to do."""
+    """The speeds in a Twist."""
 
     linear: float  # m/s
     angular: float  # rad/s
@@ -149,7 +149,7 @@ class Agent:
     def ask(
         self, *asked: tuple[float, float], ros: bool = True, last: int = 0, times: int = 1, pause: float = 0.0
     ) -> list[Command]:
-        """What it decides for each front and right (m), in turn; without `ros`, no ROS package can be imported.
+        """Return its decision for each front and right (m), in turn; without `ros`, ROS packages cannot be imported.
 
         The `last` so many are asked several `times` each, the last time after a `pause` (s), and what it decides then
         is what counts.
@@ -173,7 +173,7 @@ class Agent:
         )
 
     def finish_long(self) -> list[tuple[Command, ...]]:
-        """What it decides for each front and right that `begin_long` asks for, in turn."""
+        """Return its decision for each front and right that `begin_long` asks for, in turn."""
         answers = self._answers(self._long, self._asked * round(LONG_ENOUGH / PERIOD))
         return [tuple(answers[each :: self._asked]) for each in range(self._asked)]
 
@@ -191,7 +191,7 @@ class Agent:
         return Run(AGENT, start, self._bench.clock, self._bench.late)
 
     def _answers(self, run: Run, number: int, ros: bool = True) -> list[Command]:
-        """What the program has said, when it has ended: so many decisions."""
+        """Return the decisions, `number` of them, that the program has printed when it has ended."""
         program = run.finish("with a few distances" if ros else "without ROS 2")
         said, odd, no_floats, of_ros = (
             [line.removeprefix(about) for line in program.output.splitlines() if line.startswith(about)]
@@ -225,7 +225,7 @@ def _question(distances: tuple[float, float], times: int = 1, pause: float = 0.0
 
 
 def words(command: Command) -> str:
-    """What the task says of a right decision."""
+    """Return the task's description of a right decision."""
     if command.linear == 0.0:
         return "turn left on the spot (linear 0, angular 0.5)"
     if command.linear < 0.3:
@@ -260,7 +260,7 @@ def _lines(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def stand_in(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """What is laid beside files that import the course's library; nothing when none does."""
+    """Return the files to add beside files that import the course's library; {} if none does."""
     return laid(COURSE) if importing_course(files) else {}
 
 
@@ -334,7 +334,7 @@ class Follower(TopicProgram):
             self.end()
 
     def stands_still_in_time(self, seconds: float) -> bool:
-        """Whether it commands to stand still in simulated time, once so many s of real time are over, too."""
+        """Return True if it commands to stand still in simulated time, even after this much real time (s)."""
 
         def look(limit: float, alive: Alive) -> list[Command] | None:
             wait_until(lambda: not alive(), seconds)
@@ -344,7 +344,7 @@ class Follower(TopicProgram):
         return self.ask(look)[-1] == STOP
 
     def drives_late(self, scan: LaserScan, simulated: float, real: float) -> bool:
-        """Whether it still drives when its last scan is older than so many s, by simulated time and by the wall clock.
+        """Return True if it still drives when its last scan is older than this (s), in simulated and in real time.
 
         Tried with each phase of its timer. That the wall clock makes no difference is looked at only when it drives.
         """
@@ -355,7 +355,7 @@ class Follower(TopicProgram):
         return False
 
     def _drives_after(self, scan: LaserScan, simulated: float, real: float = 0.0) -> bool:
-        """Whether it drives in the period after the scan has become so old; false when it cannot be asked."""
+        """Return True if it drives in the period after the scan became so old; False if it cannot be asked."""
         self.expect_driving(scan, "With a fresh scan")
 
         def look(limit: float, alive: Alive) -> bool | None:
@@ -373,7 +373,7 @@ class Follower(TopicProgram):
         return self.ask(look)
 
     def says_nothing(self) -> bool:
-        """Whether it sends no command while simulated time moves on, nor in some seconds of real time."""
+        """Return True if it sends no command while simulated time moves on, nor in some seconds of real time."""
 
         def listen(limit: float, alive: Alive) -> bool | None:
             before = len(self.commands.heard)
@@ -385,7 +385,7 @@ class Follower(TopicProgram):
         return self.ask(listen)
 
     def is_mute_in_real_time(self, scan: LaserScan) -> bool:
-        """Whether it has never sent a command, also while it is shown this scan; of a node without simulated time."""
+        """Return True if a node without simulated time never sent a command, not even while it gets this scan."""
 
         def listen(limit: float, alive: Alive) -> bool | None:
             came = self.commands.wait(lambda heard: heard, self.allow(SILENT), alive)
@@ -396,7 +396,7 @@ class Follower(TopicProgram):
         return self.ask(listen)
 
     def is_silent(self, scan: LaserScan) -> bool:
-        """Whether it sends no command any more while it is shown this scan, again and again."""
+        """Return True if it no longer sends commands while it gets this scan again and again."""
 
         def show(limit: float, alive: Alive) -> bool | None:
             self.tick(scan)
@@ -471,7 +471,7 @@ class Follower(TopicProgram):
         return frozenset(name for name in BOTH if fits(got, wanted, frozenset([name])))
 
     def reads(self, scanner: Scanner, eye: Eye, seed: str) -> bool:
-        """Whether it reads the sectors of its eye by this scanner, too."""
+        """Return True if it reads the sectors of its eye with this scanner, too."""
         rng = self.bench.random(seed)
         return eye.sectors <= self.read(scanner.flat(rng, front=1.25, right=0.75), 1.25, 0.75)
 
@@ -507,12 +507,12 @@ class Follower(TopicProgram):
         return best
 
     def _goes_by_rules(self, front: float, right: float) -> bool:
-        """Whether its last command is what the task's rules say for these distances (m), which its agent never says."""
+        """Return True if its last command follows the task's rules for these distances (m), and not its agent."""
         twist = self.commands.heard[-1].message
         return math.dist((twist.linear.x, twist.angular.z), decide(front, right)) < A_ROUNDING
 
     def manner(self, scan: LaserScan) -> dict[str, float]:
-        """What becomes of the agent's speeds on their way to cmd_vel: their signs, and whether they are swapped."""
+        """Return how the agent's speeds reach cmd_vel: their signs, and whether they are swapped."""
         self.expect_driving(scan, "With a fresh scan")
         twist = self.commands.heard[-1].message
         swapped = not is_code(abs(twist.linear.x), "front") and is_code(abs(twist.linear.x), "right")
@@ -557,7 +557,7 @@ class Follower(TopicProgram):
         )
 
     def expect_leaves_it_as_it_is(self, scan: LaserScan, reads: bool) -> None:
-        """What its agent decides must be published, also what no rule says; by one agent.
+        """Expect it to publish its agent's decision, even one that no rule gives; by one agent.
 
         The scan is `STRANGE`; only a node that `reads` such scans right must show it to its agent so.
         """
@@ -668,7 +668,7 @@ class Follower(TopicProgram):
         return best
 
     def times_to_stop(self, scan: LaserScan) -> tuple[float, float, float]:
-        """How long after the last scan it still drives, and stands still for good (s, in real time).
+        """Return the times (s, real) after the last scan for which it still drives, and until it stands still for good.
 
         The second is infinite when it does not. The third is the time of its last command; 0 when none came.
         """
@@ -788,24 +788,24 @@ def code(name: str, distance: float) -> float:
 
 
 def is_code(number: float, name: str) -> bool:
-    """Whether a number stands for a distance, or for one that is missing."""
+    """Return True if a number stands for a distance, or for a missing one."""
     return LEAST[name] - SAME_SPEED <= number < LEAST[name] + WIDTH
 
 
 def code_command(front: float, right: float) -> Command:
-    """What the agent that tells what it was given commands for these distances (m)."""
+    """Return the command of the agent that reports its input, for these distances (m)."""
     return Command(code("front", front), code("right", right))
 
 
 def fits(command: Command, wanted: Command, sectors: frozenset[str]) -> bool:
-    """Whether a command tells of the distances that are wanted, in these sectors."""
+    """Return True if a command reports the wanted distances, in these sectors."""
     return is_of_the_agent(command) and all(
         got == right for name, got, right in zip(SECTORS, command, wanted, strict=True) if name in sectors
     )
 
 
 def is_of_the_agent(command: Command) -> bool:
-    """Whether a command is one of the agent that tells what it was given."""
+    """Return True if a command is one of the agent that reports its input."""
     return all(is_code(speed, name) for name, speed in zip(SECTORS, command, strict=True))
 
 
@@ -825,7 +825,7 @@ def expect_numbers_each_time(commands: Sequence[Command], about: str) -> None:
 
 
 def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH) -> str:
-    """What is wrong with a command of the agent that tells what it was given, in words for the student."""
+    """Return what is wrong with a command of the agent that reports its input, in words for the student."""
     if command == STOP:
         return "the robot was told to stand still, although a fresh scan was there"
     if not is_of_the_agent(command):
@@ -847,7 +847,7 @@ def difference(command: Command, wanted: Command, sectors: frozenset[str] = BOTH
 
 
 def given(command: Command, name: str) -> str:
-    """What the agent was given for a distance, in words for the student."""
+    """Return the distance that the agent was given, in words for the student."""
     said = command[[*SECTORS].index(name)] - LEAST[name]
     known = {FAR: "inf", NOTHING: "no number", NO_NUMBER: "NaN"}
     odd = next((word for value, word in known.items() if abs(said - value) < SAME_SPEED), None)
@@ -855,7 +855,7 @@ def given(command: Command, name: str) -> str:
 
 
 def otherwise(command: Command) -> str:
-    """What a command of the agent that tells what it was given shows, where the agent had to decide otherwise."""
+    """Return what a command of the agent that reports its input shows, where the agent had to decide otherwise."""
     return (
         f"Shown such a scan again and again, the node published {said(command)}, which that agent decides for "
         f"{given(command, 'front')} in front and {given(command, 'right')} on the right: it was given other distances "
@@ -864,7 +864,7 @@ def otherwise(command: Command) -> str:
 
 
 def place(twist: Twist, name: str) -> str:
-    """Where the agent's number stands in a message, in words for the student."""
+    """Return where the agent's number is in a message, in words for the student."""
     for part in ("linear", "angular"):
         for axis in "xyz":
             number = getattr(getattr(twist, part), axis)
@@ -874,7 +874,7 @@ def place(twist: Twist, name: str) -> str:
 
 
 def command_of(heard: Heard) -> Command:
-    """What a message on cmd_vel says: the agent's two numbers, wherever they stand and whatever their signs."""
+    """Return the agent's two numbers in a message on cmd_vel, wherever they are and with any signs."""
     linear, angular = heard.message.linear, heard.message.angular
     if is_code(linear.x, "front") and is_code(angular.z, "right"):
         return Command(round(linear.x, DIGITS), round(angular.z, DIGITS))
@@ -889,5 +889,5 @@ def command_of(heard: Heard) -> Command:
 
 
 def commands_of(heard: Sequence[Heard]) -> list[Command]:
-    """What messages on cmd_vel say."""
+    """Return the commands in messages on cmd_vel."""
     return [command_of(message) for message in heard]

@@ -33,7 +33,7 @@ Polygon = list[Point]
 
 
 class Driven(NamedTuple):
-    """What is asked of a drive."""
+    """The properties of a drive that the task asks for."""
 
     collisions: int
     first: float  # s until there was a wall on the right; infinite when there was none
@@ -43,7 +43,7 @@ class Driven(NamedTuple):
 
     @property
     def passed(self) -> bool:
-        """Whether it was as the task asks."""
+        """Return True if it was as the task asks."""
         return not self.collisions and self.along >= ALONG and self.share >= SHARE
 
 
@@ -89,7 +89,7 @@ def turned(point: Point, angle: float) -> Point:
 
 
 def look_back(simulation: Simulation) -> Driven:
-    """What a drive was like."""
+    """Return the properties of a drive that the task asks for."""
     path, caster = simulation.path, RayCaster(simulation.room.segments)
     nearest = [float(caster.distances((x, y), VIEW + heading).min()) for _, x, y, heading in path.tolist()]
     beside = [BESIDE[0] <= distance <= BESIDE[1] for distance in nearest]
@@ -102,7 +102,7 @@ def look_back(simulation: Simulation) -> Driven:
 
 
 def new_ground(path: np.ndarray) -> list[float]:
-    """How far (m) each pose of a path is from all ground before; 0 for less than MARK.
+    """Return the distance (m) of each pose of a path from all ground before; 0 for less than MARK.
 
     So back and forth is no way along a wall.
     """
@@ -116,7 +116,7 @@ def new_ground(path: np.ndarray) -> list[float]:
 
 
 def can_be_driven(room: Room, laser: Laser, seed: int) -> bool:
-    """Whether the grader's own follower passes there, with each decision carried out at once and a moment later."""
+    """Return True if the grader's own follower passes there, carrying out decisions at once and also a moment later."""
     return all(look_back(drive(room, laser, seed, late)).passed for late in (0, 1))
 
 

@@ -32,7 +32,7 @@ class Scanner:
     beyond: int = 0
 
     def angle(self, beam: int) -> float:
-        """Where a beam points (degrees, -180 to 180; 0 is ahead, positive is left)."""
+        """Return the direction of a beam (degrees, -180 to 180; 0 is ahead, positive is left)."""
         return math.remainder(self.first + beam * self.step, 360.0)
 
     def inside(self, sector: str) -> list[int]:

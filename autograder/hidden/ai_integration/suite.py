@@ -1,4 +1,4 @@
-"""What the task asks of the wall follower: its decisions, what the node makes of a scan, its timing and its drives.
+"""Tests of the wall follower: its decisions, how the node reads a scan, its timing and its drives.
 
 The agent is asked by itself, without a node; the node is judged by what it gives to an agent of the grader's, so that
 a mistake in one costs nothing in the other.  What the node makes of a scan is judged by a scanner that it reads right
@@ -102,7 +102,7 @@ def test_agent_needs_no_ros(agent: Agent) -> None:
 
 
 def in_its_place(agent: Agent) -> str:
-    """What becomes of the other tests of an agent that imports course."""
+    """Return a sentence on the other tests of an agent that imports course."""
     try:
         agent.ask((3.0, 0.6))
     except Fault as fault:
@@ -162,7 +162,7 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
 
 @points(1, cell="wall-agent")
 def test_thresholds(agent: Agent, patient: Agent, rng: random.Random) -> None:
-    """Exactly 0.5 m ahead is not near, and exactly 1.2 m on the right is not lost; each decision stands for itself."""
+    """Exactly 0.5 m ahead is not near, exactly 1.2 m on the right is not lost; no decision depends on earlier ones."""
     near, beside, lost, far = (rng.uniform(*span) for span in ((0.2, 0.28), (0.5, 0.8), (2.0, 4.0), (2.0, 4.0)))
     asked = [(near, beside), (0.5, beside), (0.501, beside), (0.5, lost), (0.501, lost)]
     asked += [(far, lost), (far, 1.2), (far, 1.199), (0.5, 1.2), (0.501, 1.199)]
@@ -227,7 +227,7 @@ def test_thresholds(agent: Agent, patient: Agent, rng: random.Random) -> None:
 
 
 def is_close(one: Command, other: Command) -> bool:
-    """Whether two decisions are the same, but for what a millimetre makes."""
+    """Return True if two decisions are the same, except for the effect of a millimetre."""
     return math.dist(one, other) < A_MILLIMETRE
 
 
@@ -264,7 +264,7 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
 @points(1, cell="wall-follower")
 @twice
 def test_asks_its_agent(follower: Follower, rng: random.Random) -> None:
-    """The node asks one WallAgent of wall_agent.py, and publishes what that decides, as it is."""
+    """The node asks one WallAgent of wall_agent.py, and publishes its decisions unchanged."""
     front, right = some_distance(rng), some_distance(rng)
     follower.expect_asks_its_agent(PLAIN.flat(rng, front=front, right=right), front, right)
     reads = follower.reads(PLAIN, Eye(PLAIN, BOTH), "strange")  # or else other tests judge it
@@ -537,7 +537,7 @@ def scans_at(hertz: int, step: float, scans: Sequence[LaserScan]) -> Callable[[i
 
 
 def is_right(rate: float) -> bool:
-    """Whether a rate (Hz) passes as 10 Hz."""
+    """Return True if a rate (Hz) passes as 10 Hz."""
     return RATE[0] <= rate <= RATE[1]
 
 
@@ -573,7 +573,7 @@ def expect_driving_by_one_scan(follower: Follower, scan: LaserScan) -> None:
 
 
 def stops(follower: Follower, by_the_wall: Follower, scan: LaserScan, pause: float) -> bool:
-    """Whether it stops by simulated time, when it has been shown this scan, and nothing for `pause` s.
+    """Return True if it stops in simulated time after this scan, and nothing for `pause` s.
 
     Raises Wrong unless it drives on for half a second by one clock, that or its own.
     """
@@ -679,7 +679,7 @@ def expect_drive(driver: Follower, kind: str, helped: Helper, request: pytest.Fi
 
 @twice
 def expect_directions(request: pytest.FixtureRequest, rng: random.Random) -> None:
-    """What is behind it on the left must be no obstacle ahead or on the right: it may drive well there by chance.
+    """Expect it not to see an obstacle behind on the left as ahead or on the right: it may drive well there by chance.
 
     Of a node whose sight cannot be tested, other tests judge that.
     """
@@ -698,7 +698,7 @@ def expect_directions(request: pytest.FixtureRequest, rng: random.Random) -> Non
 
 
 def right_rules(agent: Agent) -> int:
-    """How many of the three rules the agent follows, each in half of its cases at least."""
+    """Return the number of the three rules that the agent follows, each in at least half of its cases."""
     rules = (((0.3, 0.6), (0.3, 3.0)), ((2.0, 2.0), (3.0, 1.5)), ((2.0, 0.5), (3.0, 0.7), (2.0, 0.2), (2.0, 1.1)))
     answers = iter(agent.ask(*(distances for cases in rules for distances in cases)))
     right = [[is_close(next(answers), Command(*decide(*distances))) for distances in cases] for cases in rules]
@@ -706,7 +706,7 @@ def right_rules(agent: Agent) -> int:
 
 
 def drive(driver: Follower, kind: str, laser: Laser, rng: random.Random) -> Wrong | None:
-    """What is wrong with how it drives along the wall, in two of the rooms where the grader's own follower does."""
+    """Return the Wrong of a drive along the wall, or None; tries two rooms where the grader's own follower passes."""
     tried = 0
     while tried < TRIED_ROOMS:
         room, seed = draw(kind, rng), rng.randrange(1000)

@@ -81,7 +81,7 @@ class Calculator(Server):
             )
 
     def _likeness(self, result: float, a: float, operation: str, b: float) -> str:
-        """What a wrong result is, in words; as a number only where none fit and it stands in the program."""
+        """Return a description of a wrong result; as a number only if no words fit and it is in the program."""
         words = likeness(result, a, operation, b)
         if words == UNLIKE and repr(result) == self.bench.shown(self.file, repr(result)):
             return repr(result)
@@ -168,7 +168,7 @@ class Calculator(Server):
             return ""
 
     def gets_answer(self, question: Question) -> bool:
-        """Whether it gets any answer to a question that may be its end."""
+        """Return True if it gets any answer to a question that may end it."""
         try:
             self.ask(*question)
         except Fault:
@@ -178,7 +178,7 @@ class Calculator(Server):
         return True
 
     def logs_result(self, question: Question, limit: float) -> bool:
-        """Whether asking this adds its result to the log within `limit` s; a negative one with its sign.
+        """Return True if asking this adds its result to the log within `limit` s, with the sign of a negative one.
 
         A program that logs hundreds of numbers like the result has not logged it; whole numbers, with which many count
         what they do, are not like one that is not whole.
@@ -202,7 +202,7 @@ class Calculator(Server):
         return wait_until(when_changed(lambda: self.log, logged), limit)
 
     def logs_request(self, question: Question, limit: float) -> bool:
-        """Whether asking this adds a line with a, b and the operation to the log, within `limit` s.
+        """Return True if asking this adds a line with a, b and the operation to the log within `limit` s.
 
         The numbers must be such as no other line has; their signs do not count.
         """
@@ -216,7 +216,7 @@ class Calculator(Server):
         return wait_until(when_changed(lambda: self.log, named), limit)
 
     def logs_each(self, question: Question, limit: float) -> bool:
-        """Whether asking this twice, one right after the other, adds two lines with a and b to the log or more.
+        """Return True if asking this twice in a row adds at least two lines with a and b to the log.
 
         The lines are counted where the log is printed and on /rosout, each by itself: a line may stand in both.
         """
@@ -231,7 +231,7 @@ class Calculator(Server):
         return wait_until(when_changed(self._both_logs, logged), limit)
 
     def logs_refusal(self, a: float, operation: str, b: float, limit: float) -> bool:
-        """Whether a refusal adds its message to the log within `limit` s; True also when nothing is refused in words.
+        """Return True if a refusal adds its message to the log within `limit` s, or nothing is refused in words.
 
         Whether it is refused is judged by other tests.
         """
@@ -248,11 +248,11 @@ class Calculator(Server):
         return wait_until(when_changed(self._both_logs, logged), limit)
 
     def _both_logs(self) -> tuple[str, str]:
-        """What it has printed, and what is on /rosout."""
+        """Return its output, and its log on /rosout."""
         return self.program.output, self.ros.rosout
 
     def answers(self, pairs: Sequence[tuple[float, float]]) -> dict[Question, Any]:
-        """What it answers to each pair and operation of its abilities.
+        """Return its answer to each pair and operation of its abilities.
 
         What it was asked first it must still answer as it did then.
         """
@@ -295,7 +295,7 @@ class LeftAlone(Calculator):
                 self._left, self._logged = (question, response, time.monotonic()), logged
 
     def logs_first(self, operation: str, wait: float) -> bool:
-        """Whether it has logged its very first response, in one of two starts."""
+        """Return True if it has logged its very first response, in one of two starts."""
         if self._logged is None:
             self.leave(operation, wait)
         if self._logged is False:
@@ -303,7 +303,7 @@ class LeftAlone(Calculator):
         return self._logged is not False
 
     def after_silence(self, operation: str, seconds: float, wait: float) -> str:
-        """What has become of it so many seconds after its last request, when that is wrong twice; else nothing."""
+        """Return what is wrong with it so many seconds after its last request, twice; '' if nothing is."""
         wrong = ""
         for _ in "12":
             if self._left is None:
@@ -339,13 +339,13 @@ def in_one_line(text: str) -> str:
 
 
 def has_right_result(question: Question, response: Any) -> bool:
-    """Whether the result is about right."""
+    """Return True if the result is about right."""
     a, operation, b = question
     return math.isclose(response.result, ANSWERS[operation](a, b), rel_tol=ABOUT_RIGHT, abs_tol=ROUNDING)
 
 
 def about_right(question: Question, response: Any) -> bool:
-    """Whether the result is about right, but for its sign."""
+    """Return True if the result is about right, except for its sign."""
     a, operation, b = question
     return math.isclose(abs(response.result), abs(ANSWERS[operation](a, b)), rel_tol=ABOUT_RIGHT, abs_tol=ROUNDING)
 
@@ -363,7 +363,7 @@ def quoted(text: str) -> str:
 
 
 def same(response: Any, other: Any) -> bool:
-    """Whether two responses say the same; their messages may tell a time or a count."""
+    """Return True if two responses say the same; their messages may contain a time or a count."""
     return (response.success, response.result) == (other.success, other.result)
 
 
@@ -417,23 +417,23 @@ class Call:
 
     @property
     def asked(self) -> list[float]:
-        """When a silent server was asked, times of time.monotonic (s)."""
+        """Return the times when a silent server was asked, of time.monotonic (s)."""
         return self._counterpart.asked
 
     @property
     def what_it_did(self) -> str:
-        """What came of the run, as a sentence for the student."""
+        """Return the result of the run, as a sentence for the student."""
         called = "It called, and" if self.requests else "It did not call, and"
         lines = self._counterpart.shown(self.run.output).splitlines()
         return f"{called} printed {quoted(lines[-1].strip())}." if lines else f"{called} printed nothing."
 
     @property
     def reached(self) -> bool:
-        """Whether the client has called the server."""
+        """Return True if the client has called the server."""
         return self.comes_to(lambda: bool(self.requests))
 
     def comes_to(self, condition: Callable[[], bool]) -> bool:
-        """Whether the run makes this true; it is run again when not, because it may have given up on a busy machine."""
+        """Return True if the run meets the condition; it runs again if not, in case it gave up on a busy machine."""
         while not (true := self.run.until(condition)) and self._tries < TRIES:
             self._tries += 1
             self.run.again()

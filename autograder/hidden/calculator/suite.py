@@ -1,4 +1,4 @@
-"""What section 3.5 asks of a calculator, as a conversation with the student's server and client.
+"""Tests of the calculator of section 3.5, as a conversation with the student's server and client.
 
 Points add up to 20, 5 of them for what the exercise is about: a server that refuses what cannot be done, says so, and
 goes on.  The message of a failure says what the program did, beside what the task asks; the numbers that were drawn
@@ -216,7 +216,7 @@ def test_precision(calculator: Calculator, rng: random.Random) -> None:
 
 @points(5, cell="calculator-server")
 def test_refuses_and_goes_on(calculator: Calculator, rng: random.Random) -> None:
-    """What cannot be done is refused, and the server goes on."""
+    """A division by zero and an unknown operation are refused, and the server keeps running."""
     question, answer = next(iter(calculator.answers([plain_numbers(rng)]).items()))
     word, starts = "".join(rng.choices(LETTERS, k=9)), calculator.starts
     for operation, b, about in [("divide", 0.0, "A division by zero"), (word, 2.5, "An unknown operation")]:
@@ -278,7 +278,7 @@ def test_unknown_operation(calculator: Calculator, rng: random.Random) -> None:
 
 
 def says_unknown(message: str) -> bool:
-    """Whether a message says in the task's words that an operation is unknown, and nothing of zero."""
+    """Return True if a message says in the task's words that an operation is unknown, and does not mention zero."""
     return "unknown" in message.lower() and not re.search("zero|0", message, re.IGNORECASE)
 
 
@@ -572,7 +572,7 @@ def answered(call: Call, result: str) -> str:
 
 
 def shows_result(runs: ClientRuns) -> bool:
-    """Whether the client has shown the result that the server has answered."""
+    """Return True if the client has shown the result in the server's response."""
     result = runs.answered.response.result
     found = [number for number in numbers(runs.answered.run.output) if 1e9 <= abs(number) <= 9e9 + 1]  # as results
     return len(found) <= CHATTER and any(abs(number - result) < SHOWN for number in found)

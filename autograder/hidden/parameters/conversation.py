@@ -216,7 +216,7 @@ class PidNode(TopicProgram):
 
 
 class Early(NamedTuple):
-    """What a node that was started with `given` values has answered from its start on, before and after its first set.
+    """The answers of a node, started with `given` values, from its start on, before and after its first set.
 
     It gets a HUGE error `first`, and then STILL again and again: `begun` to `filled` before kp and kd are set to 0 and
     the limits to WIDE ones, and twice after that.  Before these sets comes one of output_min alone, `one_limit`.
@@ -234,7 +234,7 @@ class Early(NamedTuple):
 
     @property
     def lives(self) -> bool:
-        """Whether the node still runs that has answered so."""
+        """Return True if the node that answered so is still running."""
         return self.node.starts == self.starts and self.node.state is State.SERVING
 
 
@@ -323,7 +323,7 @@ def expect_reason(about: str, refused: SetParametersResult) -> None:
 
 
 def refusal(result: SetParametersResult | None) -> str:
-    """How a set was answered, for the student."""
+    """Return the answer to a set, in words for the student."""
     if result is None or result.successful:
         return "accepted"
     return f"refused with the reason {result.reason!r}" if result.reason.strip() else "refused without a reason"
@@ -335,12 +335,12 @@ def changes(before: Mapping[str, Any], after: Mapping[str, Any]) -> str:
 
 
 def near(got: float, right: float, room: float = 0.0) -> bool:
-    """Whether two numbers are the same except for rounding, or for the `room`."""
+    """Return True if two numbers are the same except for rounding, or for the `room`."""
     return abs(got - right) <= max(room, ROUNDING * max(1.0, abs(right)))
 
 
 def between(got: float, ends: Sequence[float]) -> bool:
-    """Whether a number lies between two others, in any order, with some room for how the node takes the time."""
+    """Return True if a number is between two others, in any order, give or take how the node measures time."""
     low, high = sorted(ends)
     room = TIMING * max(abs(low), abs(high)) + ROUNDING
     return low - room <= got <= high + room

@@ -1,4 +1,4 @@
-"""What the task asks of the PID node, as a conversation over its parameters and its two topics.
+"""Tests of the PID node, as a conversation over its parameters and its two topics.
 
 The node measures time steps itself, in real time.  What depends on them is judged by bounds: the node got an error
 after the grader had sent it and before its answer came, however busy the machine was.
@@ -176,7 +176,7 @@ def expect_step_from_first(pid: PidNode, error: float, first: Answer) -> None:
 
 
 def grows(last: Answer, answer: Answer, rate: float) -> bool:
-    """Whether the effort has changed by this rate (per second), as the same error came again; it may be rounded."""
+    """Return True if the effort changed at this rate (per second), except for rounding, with the same error again."""
     low, high = sorted(rate * step for step in steps(last, answer))
     room = 2 * DECIMALS + TIMING * max(abs(low), abs(high))
     return low - room <= answer.effort - last.effort <= high + room
@@ -544,7 +544,7 @@ def rate_of_growth(pid: PidNode, error: float) -> tuple[float, float]:
 
 
 def has_slope(pid: PidNode, error: float, **gains: float) -> bool:
-    """Whether a change of the error changes the effort, after setting gains, if any are given."""
+    """Return True if a change of the error changes the effort, after setting gains, if any are given."""
     if gains:
         pid.arrange(**gains)
     return abs(effort_of_change(pid, error)) > ROUNDING
@@ -755,7 +755,7 @@ def expect_new_rate(pid: PidNode, error: float, ki: float) -> None:
 
 
 def has_effort_without_gains(pid: PidNode) -> bool:
-    """Whether an error is answered with the same effort again when all gains are 0, which other tests judge."""
+    """Return True if an error gives the same effort again when all gains are 0, which other tests judge."""
     pid.parameters.set({"ki": 0.0})
     pid.send(STILL)
     first = pid.send(STILL).effort
@@ -869,7 +869,7 @@ def expect_kp_counts(pid: PidNode, error: float) -> None:
 
 
 def refuse_a_kp(early: Early) -> float | None:
-    """When a node with a kp of 0 has refused one, together with limits; None if it has another kp, or accepts it."""
+    """Return when a node with a kp of 0 refused one, set with limits; None if it has another kp, or accepts it."""
     with contextlib.suppress(Fault):
         leap, _ = turn(early)
         if abs(leap) < STILL and is_refused(early.node, {"kp": RANGES["kp"][1], "output_min": 2.0, "output_max": 1.0}):
@@ -1094,13 +1094,13 @@ def expect_accepting(pid: PidNode, **values: float) -> None:
 
 
 def accepts_one(pid: PidNode, values: Mapping[str, float]) -> bool:
-    """Whether the node accepts these, set together or at least one of them alone."""
+    """Return True if the node accepts these values, set together, or at least one of them alone."""
     answers = pid.store(values).values()  # empty when it accepts them together
     return not answers or any(answer.successful for answer in answers)
 
 
 def is_refused(pid: PidNode, bad: Mapping[str, float]) -> bool:
-    """Whether the node refuses to set these together; False when it dies of it, which another test judges."""
+    """Return True if the node refuses to set these together; False if it dies, which another test judges."""
     try:
         return not pid.parameters.set_together(bad).successful
     except Crashed:
@@ -1293,7 +1293,7 @@ def test_launch_values_are_used(pid: PidNode, by_command_line: Overridden, contr
 
 
 def working_parts(pid: PidNode) -> dict[str, bool]:
-    """Which gains and limits make a difference while the node runs: only these are asked for at launch."""
+    """Return which gains and limits have an effect while the node runs: only these are asked for at launch."""
     pid.arrange(ki=2.0)
     pid.send(STILL)
     time.sleep(0.02)

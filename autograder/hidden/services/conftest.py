@@ -27,7 +27,7 @@ def halted(bench: Bench, motors: Motors) -> Motors:
 
 @pytest.fixture(scope="session")
 def asking() -> Asking:
-    """What is known of the student's relay, wherever it runs."""
+    """Return what is known of the student's relay, wherever it runs."""
     return Asking()
 
 

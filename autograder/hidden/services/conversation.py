@@ -212,7 +212,7 @@ class Motors(Server):
         return says(message) or self._words.get(plain(message)) or message
 
     def current(self, second: bool = False) -> str:
-        """What the motors are said to be: by the status, or by the last command where the status is of no use."""
+        """Return the state of the motors, by the status, or by the last command if the status is unusable."""
         self.learn()
         return self.named(self.said(second))
 
@@ -222,7 +222,7 @@ class Motors(Server):
 
     @property
     def witness(self) -> str:
-        """Where `said` comes from, for the student."""
+        """Return the source of `said`, in words for the student."""
         return STATUS if self._tells else "the response"
 
     def bring(self, state: str) -> bool:
@@ -244,7 +244,7 @@ class Motors(Server):
         return now == state
 
     def table(self) -> Table:
-        """What each command does in each state, as far as the motors can be brought into it, and answer."""
+        """Return the result of each command in each state, if the motors can be brought into it, and answer."""
         if not self._table:
             for state in STATES:
                 for service, on in COMMANDS:
@@ -378,7 +378,7 @@ def plain(message: str) -> str:
 
 
 def quoted(message: str) -> str:
-    """What a program said, for its student."""
+    """Return the program's message, quoted for its student."""
     return repr(message if len(message) <= QUOTED else message[:QUOTED] + "...")
 
 
@@ -465,7 +465,7 @@ class Adder:
 
 
 class Asking:
-    """Whether a relay asks /add_two_ints, as all starts of the program have shown: it is not waited for in vain again.
+    """A record, over all starts of a relay, of whether it calls /add_two_ints: it is not waited for in vain again.
 
     A relay that has let UNASKED requests in a row be waited for in vain has had time for each.
     """
@@ -474,7 +474,7 @@ class Asking:
         self.in_vain = 0  # waits in a row
 
     def within(self, seconds: float) -> float:
-        """How long (s) to wait for a request, or what depends on one, where `seconds` is how long it may take."""
+        """Return how long (s) to wait for a request, or for something that depends on one and may take `seconds`."""
         return seconds if self.in_vain < UNASKED else min(seconds, SENT_BY_SUCH)
 
 
@@ -508,17 +508,17 @@ class Relay(Server):
 
     @property
     def has_been_silent(self) -> bool:
-        """Whether a question has got no answer, which is known then."""
+        """Return True if a question is known to have no answer."""
         return self._silences > 0
 
     @property
     def sent(self) -> int:
-        """How often this start has been called."""
+        """Return the number of calls to this start."""
         return self.ros.sent(RELAY)
 
     @property
     def unanswered(self) -> int:
-        """How many calls of this start have had no answer; calls made with `send` are not looked at."""
+        """Return the number of unanswered calls to this start; answers to calls made with `send` do not count."""
         return self.sent - self._answers
 
     def expect_asking(self) -> None:
@@ -533,7 +533,7 @@ class Relay(Server):
 
     @property
     def adder(self) -> Adder:
-        """What the relay has to call; only there when it is served."""
+        """Return the server that the relay has to call; it exists only while it is served."""
         if self._adder is None:
             raise RuntimeError("nobody serves /add_two_ints to this relay")
         return self._adder
@@ -584,7 +584,7 @@ class Relay(Server):
             self.end()
 
     def first_answer_took(self) -> float:
-        """How long (s) the answer to the call at its start took; 0 when none has come, or it has been told already."""
+        """Return the time (s) to the answer of the call at its start; 0 if none came, or it was returned already."""
         first, self._first = self._first, []
         return first[1] if len(first) > 1 else 0.0
 
@@ -629,7 +629,7 @@ class Relay(Server):
             )
 
     def tells_own_sum(self, message: str, before: int) -> bool:
-        """Whether a message contains a sum that /add_two_ints has answered since its answer number `before`."""
+        """Return True if a message contains a sum that /add_two_ints answered after its answer number `before`."""
         return not {*whole_numbers(message)}.isdisjoint(self.adder.sums[before:])
 
     def wait_for_success(self) -> Any:
@@ -683,7 +683,7 @@ class Relay(Server):
         self._refuses_after = min(self._refuses_after, time.monotonic() - start)
 
     def repeats(self, message: str) -> bool:
-        """Whether it has said this with success True."""
+        """Return True if it has given this message with success True."""
         return message in self._successes
 
     def told_after(self, limit: float) -> list[float]:
@@ -701,7 +701,7 @@ class Relay(Server):
         return []
 
     def found_again(self, soon: float, limit: float) -> tuple[float, Any]:
-        """How long (s) after /add_two_ints comes back a call is made, at best, that succeeds; and the last response.
+        """Return the shortest time (s) from the return of /add_two_ints to a call that succeeds, and the last response.
 
         For a relay that has just noticed that it has gone: who looks only now and then has just looked, and takes
         longest.  Where that is longer than `soon` it goes and comes again: on a busy machine, finding a server may take
@@ -757,7 +757,7 @@ class Relay(Server):
         wait_until(lambda: not program.alive, self.allow(end - time.monotonic()))
 
     def quickest(self, limit: float, loaded: float) -> tuple[float, float]:
-        """How long (s) the quickest of some calls takes, and how long it may take.
+        """Return the time (s) of the quickest of some calls, and its limit.
 
         That is `limit`, or `loaded` times as long as another request takes: on a busy machine everything takes longer.
         """
@@ -773,7 +773,7 @@ class Relay(Server):
         return quickest, limit
 
     def round_trip(self) -> float:
-        """How long (s) another request to the relay takes."""
+        """Return the time (s) of another request to the relay."""
         start = time.monotonic()
         self.parameters.get("a")
         return time.monotonic() - start
@@ -820,12 +820,12 @@ class Relay(Server):
         return self.ros.send(self.clients[RELAY], Trigger.Request())
 
     def _held(self, number: int) -> bool:
-        """Whether so many requests are held, soon; raises Crashed."""
+        """Return True if this many requests are held soon; raises Crashed."""
         limit = self._asking.within(SENT) if number == 1 else SENT
         return self.wait_for(lambda: len(self.adder.held) >= number, limit)
 
     def one_answered(self, futures: Sequence[Any]) -> bool:
-        """Whether one of the futures gets a response, soon; raises Crashed."""
+        """Return True if one of the futures gets a response soon; raises Crashed."""
         return self._soon(lambda: any(future.done() for future in futures))
 
     def expect_no_early_answer(self, futures: Sequence[Any], just_sent: bool = True) -> None:
@@ -850,15 +850,15 @@ class Relay(Server):
             )
 
     def all_answered(self, futures: Sequence[Any]) -> bool:
-        """Whether all of the futures get a response, soon; raises Crashed."""
+        """Return True if all of the futures get a response soon; raises Crashed."""
         return self._soon(lambda: all(future.done() for future in futures))
 
     def _soon(self, condition: Callable[[], bool]) -> bool:
-        """Whether the condition holds within SENT s; raises Crashed when the program dies before."""
+        """Return True if the condition holds within SENT s; raises Crashed if the program dies first."""
         return self.wait_for(condition, SENT)
 
     def wait_for(self, condition: Callable[[], bool], limit: float) -> bool:
-        """Whether the condition holds within `limit` s; raises Crashed when the program dies before."""
+        """Return True if the condition holds within `limit` s; raises Crashed if the program dies first."""
         program = self.program
         wait_until(lambda: condition() or not program.alive, self.allow(limit))
         if not program.alive:
@@ -876,13 +876,13 @@ class Relay(Server):
         return self.adder.requests[-1]
 
     def has_asked(self, times: int) -> bool:
-        """Whether it has sent so many requests to /add_two_ints, soon."""
+        """Return True if it soon has sent this many requests to /add_two_ints."""
         asked = wait_until(lambda: len(self.adder.requests) >= times, self.allow(self._asking.within(SENT)))
         self._asking.in_vain = 0 if asked else self._asking.in_vain + 1
         return asked
 
     def sends(self, numbers: tuple[int, int]) -> bool | None:
-        """Whether it sends these numbers to /add_two_ints when it is called; None if it does not call it at all."""
+        """Return True if it sends these numbers to /add_two_ints when called; None if it does not call it at all."""
         try:
             return sorted(self.asked()) == sorted(numbers)
         except Wrong:

@@ -1,4 +1,4 @@
-"""What the services of section 3.1 must do, as a conversation with the student's motor service and relay.
+"""Tests of the services of section 3.1, as a conversation with the student's motor service and relay.
 
 Points add up to 20: half of each file's are for what the exercise is about, an emergency stop after which nothing
 starts by itself, and callers that do not wait for each other.  The message of a failure says what the program did,
@@ -461,7 +461,7 @@ def test_no_caller_waits_for_another(relay: Relay, rng: random.Random) -> None:
 @points(1, cell="relay")
 @twice
 def test_goes_on_serving(relay: Relay, rng: random.Random) -> None:
-    """While calls wait for /add_two_ints, as many as there may be, a parameter can be set, and is used afterwards."""
+    """While any number of calls wait for /add_two_ints, a parameter can be set, and is used afterwards."""
     usual = relay.relay()
     (first, later), starts = (draw(rng), draw(rng)), relay.starts
     with suppress(Wrong):
@@ -648,7 +648,7 @@ def test_goes_on_afterwards(lonely: Relay) -> None:
 @points(0.5, cell="relay")
 @twice
 def test_relay_asks_each_time(relay: Relay) -> None:
-    """Each call is one request to /add_two_ints, at once; without a call there is none."""
+    """Each call sends one request to /add_two_ints, at once; without a call none is sent."""
     starts, unanswered = relay.starts, relay.unanswered
     relay.asked()
     under_way = relay.unanswered - (unanswered if relay.starts == starts else 0)  # their requests may come later
@@ -680,7 +680,7 @@ def test_relay_asks_each_time(relay: Relay) -> None:
 @points(0.5, cell="motor-service")
 @twice
 def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
-    """The state stays until a command changes it; after many from two clients it is what the last ones made of it."""
+    """The state stays until a command changes it; after many commands from two clients the last ones decide."""
     with on_wrong(motors.leave_as_long):
         if motors.after_silence(KEPT, *STARTS) not in ("", ENABLED):
             raise Wrong(
