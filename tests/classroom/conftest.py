@@ -100,7 +100,7 @@ def up(able, tmp_path_factory):
     try:
         assert done.returncode == 0, done.stdout + done.stderr
         assert "FOR TRIALS ONLY" in done.stdout
-        assert "Each server has an address of its own, NAME.localhost" in done.stdout
+        assert "Each server has its own address, NAME.localhost" in done.stdout
         assert "Drafts, which no student sees: " in done.stdout and "Released" not in done.stdout
         done = run_classroom("release", *RELEASED, "--folder", str(folder / "class"))
         assert done.returncode == 0, done.stdout + done.stderr

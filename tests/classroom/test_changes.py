@@ -178,7 +178,7 @@ def test_where_names_are_one_site_a_students_page_gets_nothing_either(ended, chr
     classroom, arguments, _ = ended
     again = run_classroom("up", *arguments, "--passwords", "dummy", "--host", NAMED)
     assert again.returncode == 0, again.stderr
-    assert f"Each server has an address of its own, NAME.{NAMED}: " in again.stdout
+    assert f"Each server has its own address, NAME.{NAMED}, " in again.stdout
     classroom = Classroom.load(classroom.folder)
     students, instructors = (hub.shared_passwords(classroom)[who] for who in ("students", "instructors"))
     bob = come_in(classroom, "bob", students)

@@ -90,8 +90,8 @@ def test_the_form_becomes_a_command(quiet, asked, command):
 @pytest.mark.parametrize(
     ("asked", "why"),
     [
-        ({}, "a number of days, or a time"),
-        ({"days": "1", "until": "2026-11-27T23:59"}, "a number of days, or a time"),
+        ({}, "a number of days or a time"),
+        ({"days": "1", "until": "2026-11-27T23:59"}, "a number of days or a time"),
         ({"days": "many"}, "'many' is not a number of days"),
         ({"days": "nan"}, "'nan' is not a number of days"),
         ({"days": "-1"}, "'-1' is not a number of days"),
