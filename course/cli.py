@@ -41,7 +41,7 @@ def sessions_command(
     ] = None,
     stop_all: Annotated[bool, typer.Option("--stop-all", help="End all of your sessions.")] = False,
 ) -> None:
-    """List the live sessions of this machine that are yours, with their nodes; --stop ends one that was forgotten.
+    """List your live sessions on this machine, with their nodes; --stop ends one.
 
     Ending a session ends its kernel and all of its nodes.  Jupyter may start the kernel again, without a session.
     """
@@ -99,7 +99,7 @@ def feedback_command(
     file: Annotated[
         Path | None,
         typer.Argument(
-            help="The feedback page, or an archive that contains it; default: the page that is here, or was released."
+            help="The feedback page, or an archive that contains it; default: the page here, or the released one."
         ),
     ] = None,
 ) -> None:

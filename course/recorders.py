@@ -331,7 +331,7 @@ class GoalRecorder(Recorder):
                 raise NodeFailed(f"this goal of the action {name} will get no further within {timeout:g} s: {last}{at}")
             ask_lookouts()  # that it has died is the better reason
             served = "any more" if before and before[0] != "goal" else "now"
-            raise NodeFailed(f"no node serves the action {name} {served}, so this goal has no end: {last}")
+            raise NodeFailed(f"no node serves the action {name} {served}, so this goal will not finish: {last}")
         return False
 
     def _goes_on(self) -> bool:
@@ -373,7 +373,7 @@ class GoalRecorder(Recorder):
         for tell in tellers:
             tell(
                 f"This goal has ended as {self._end()}, after {came} feedback message{'s' * (came != 1)}: "
-                f"wait_feedback({count}) waits for no more."
+                f"wait_feedback({count}) stopped waiting."
             )
         return False
 

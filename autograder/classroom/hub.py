@@ -200,7 +200,7 @@ def alone(classroom: Classroom) -> Iterator[None]:
             return True
 
         if not wait_until(locked, PATIENCE, alert=False):
-            raise UsageError(f"another `environment/classroom` is at work in {classroom.folder}; wait for it")
+            raise UsageError(f"another `environment/classroom` command is running in {classroom.folder}; wait for it")
         yield
 
 

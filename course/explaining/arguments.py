@@ -40,7 +40,7 @@ MAKERS = {
 
 
 def order_of_arguments(found: re.Match[str], source: str) -> str:
-    """Return the hint on a call with a type in quotation marks, a misplaced name, or a last argument that is no QoS."""
+    """Return the hint on a call with a type in quotation marks, a misplaced name, or a wrong last argument."""
     tree = parse(source)
     for maker, (place, usual) in MAKERS.items():
         for call in calls(tree, maker):
@@ -191,7 +191,7 @@ def lambda_arguments(found: re.Match[str], source: str) -> str:
     if found[1] == "0":
         names = ", ".join(["goal_handle"] if found[2] == "1" else [*"abcdefgh"[: int(found[2])]])
         return (
-            f"The `lambda` is called with {found[2]} value{'s' * (found[2] != '1')}, and names none: write "
+            f"The `lambda` is called with {found[2]} argument{'s' * (found[2] != '1')} but takes none: write "
             f"{'a name' if found[2] == '1' else 'names'} before its colon, as in `lambda {names}: ...`."
         )
     return ""
@@ -266,7 +266,7 @@ def logged(found: re.Match[str], source: str, code: str) -> str:
         for call in calls(line_tree(code), level):
             if len(call.args) == 1:
                 what = ast.unparse(call.args[0])
-                return f"A logger takes a text, and `{what}` is something else: write `{level}(str({what}))`."
+                return f"A logger takes a text, but `{what}` is not one: write `{level}(str({what}))`."
     return ""
 
 

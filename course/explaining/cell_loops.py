@@ -42,7 +42,7 @@ class CellLoop:
         if self.client is not None:
             return "`wait_for_service(timeout_sec=5.0)` (of an action, `wait_for_server`) returns False after 5 s."
         until = self.test.removeprefix("not ") if self.test.startswith("not ") else f"not ({self.test})"
-        return f"`ros.until(lambda: {until})` waits for 5 s at most, and tells of reasons that it knows."
+        return f"`ros.until(lambda: {until})` waits for 5 s at most, and says why nothing has come if it knows."
 
 
 def cell_loop(thread: int) -> CellLoop | None:

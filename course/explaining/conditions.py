@@ -52,7 +52,7 @@ def _never_equal(node: ast.Compare, own: set[str], *, of_goals: bool) -> Iterato
         if not isinstance(one, ast.Attribute) or not isinstance(word, str) or one.attr in own:
             continue
         if one.attr in TEXT_METHODS:
-            yield node.lineno, the_method_itself(text, ", which is equal to no text")
+            yield node.lineno, the_method_itself(text, ", which is never equal to a text")
         if (
             of_goals
             and one.attr == "status"
@@ -78,7 +78,7 @@ def _bare_texts(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
             like = isinstance(above, ast.Compare) and len(above.ops) == 1 and isinstance(above.ops[0], ast.Eq)
             meant = ast.unparse(_compared(node.test, above)) if like and isinstance(above, ast.Compare) else ""
             how = f"Write `{meant}`." if meant else "Compare something with it."
-            yield node.test.lineno, f"`{ast.unparse(node.test)}` alone is always true. {how}"
+            yield node.test.lineno, f"`{ast.unparse(node.test)}` is always true on its own. {how}"
 
 
 DEGREES = 20.0  # least number that is no angle in radians
@@ -192,16 +192,13 @@ def _texts_alone(test: ast.expr) -> Iterator[tuple[int, str]]:
         return
     if not compared:
         if isinstance(getattr(alone[0], "value", None), str):
-            text = f"`{ast.unparse(alone[0])}` stands alone here, which is always true."
+            text = f"`{ast.unparse(alone[0])}` is always true on its own."
             yield alone[0].lineno, f"{text} Compare something with it, or leave it out."
         return
     each = compared[0]
     meant = [ast.unparse(_compared(value, each) if value in alone else value) for value in test.values]
     joined = " and " if isinstance(each.ops[0], (ast.NotEq, ast.NotIn)) else " or "
-    yield (
-        alone[0].lineno,
-        f"`{ast.unparse(alone[0])}` stands alone here, which is always true. Write `{joined.join(meant)}`.",
-    )
+    yield (alone[0].lineno, f"`{ast.unparse(alone[0])}` is always true on its own. Write `{joined.join(meant)}`.")
 
 
 def _is_true(value: ast.expr) -> bool:

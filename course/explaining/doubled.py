@@ -8,9 +8,9 @@ from course.foundation.syntax import walk
 
 # By what makes it: the position and the name of the argument with its name, and what becomes of two.
 MADE = {
-    "create_service": (1, "srv_name", "is served twice by this node: each request is answered by one of the two"),
-    "ActionServer": (2, "action_name", "has two action servers in this node: each goal comes to one of the two"),
-    "create_subscription": (1, "topic", "is subscribed to twice by this node: each message is taken twice"),
+    "create_service": (1, "srv_name", "is served twice by this node: each request is answered by only one of them"),
+    "ActionServer": (2, "action_name", "has two action servers in this node: each goal reaches only one of them"),
+    "create_subscription": (1, "topic", "is subscribed to twice by this node: each message is received twice"),
 }
 
 

@@ -178,9 +178,9 @@ def never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
                 yield (
                     call.lineno,
                     (
-                        f"`{ast.unparse(call)}` takes the lock, and the way through line {leaves.lineno}, "
-                        f"`{ast.unparse(leaves)}`, never releases it: whoever wants it next waits without end. Write "
-                        f"`with {lock}:`, which releases it on every way."
+                        f"`{ast.unparse(call)}` takes the lock, but the path through line {leaves.lineno}, "
+                        f"`{ast.unparse(leaves)}`, never releases it: the next one that needs it waits without end. "
+                        f"Write `with {lock}:`, which releases it on every path."
                     ),
                 )
 

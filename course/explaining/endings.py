@@ -27,12 +27,12 @@ def refused_by_raising(found: re.Match[str], source: str, code: str) -> str:
         return ""
     tree = parse(source)
     if around(code, source, parameter_callbacks(tree, "add_on_set_parameters_callback")):
-        return "An exception refuses nothing: `return SetParametersResult(successful=False, reason='...')` does."
+        return "An exception does not refuse values: `return SetParametersResult(successful=False, reason='...')` does."
     if around(code, source, _given(tree, GOAL_CALLBACK)):
-        return "An exception refuses nothing: `return GoalResponse.REJECT` does."
+        return "An exception does not reject a goal: `return GoalResponse.REJECT` does."
     if around(code, source, service_callbacks(tree)):
         how = ", `response.success = False`," if re.search(r"\bresponse\.success\b", source) else ""
-        return f"An exception answers no request. To refuse one, say so in the response{how} and return it."
+        return f"An exception sends no response. To refuse a request, say so in the response{how} and return it."
     return ""
 
 
@@ -56,7 +56,7 @@ def ended_twice(found: re.Match[str], source: str, code: str) -> str:
             how = f"Check first that it still runs: `if {ast.unparse(kept[0])}.is_active:`."
         else:
             leave = "leave the loop and return" if _in_a_loop(code, source) else "return"
-            how = f"When `is_active` of the goal handle is False, {leave} the result, without another end."
+            how = f"When `is_active` of the goal handle is False, {leave} the result, without ending the goal again."
         return f"{ended}, perhaps by `{ast.unparse(other)}` in line {other.lineno}. {how}"
     return f"{ended}. After `succeed()`, `canceled()` or `abort()`, leave the loop and return the result."
 

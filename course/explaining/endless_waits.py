@@ -20,7 +20,7 @@ NO_LIMIT = "                waiter.acquire()"  # a line of `Condition.wait`
 SHUT_DOWN = ("shutdown", "try_shutdown", "kill", "raise_signal", "interrupt_main")
 LEFT = (
     "The main part of the program has ended, but a thread that it has started, as in line {}, {} without end, and a "
-    "program lasts as long as its threads. "
+    "program ends only after its threads. "
 )
 CALLBACK = "handler"  # the executors' function that runs a callback of a node
 
@@ -49,13 +49,14 @@ class EndlessSpin:
         asked = " and ".join(self.names)
         if self.call:
             return (
-                f"Line {self.line}, `{self.call}`, returns only after Ctrl-C, and no answer from {asked} is under way "
-                "any more, so this client never ends. Spin until the answer is there: "
+                f"Line {self.line}, `{self.call}`, returns only after Ctrl-C, and no request to {asked} is pending "
+                "any more, so this client never ends. Spin until the answer has arrived: "
                 "`rclpy.spin_until_future_complete(node, future)`."
             )
         return (
-            f"Line {self.line} spins until a future is done, and nothing completes it: no answer from {asked} is under "
-            "way. Is it the future that `call_async(...)` or `send_goal_async(...)` returned, and did the client wait "
+            f"Line {self.line} spins until a future is done, and nothing completes it: no request to {asked} is "
+            "pending. "
+            "Is it the future that `call_async(...)` or `send_goal_async(...)` returned, and did the client wait "
             "for the server before it sent the request?"
         )
 

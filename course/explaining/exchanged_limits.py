@@ -10,7 +10,7 @@ from course.foundation.syntax import walk
 LIMIT = re.compile(r"\boutput_(min|max)\b")
 LIMITED = re.compile(r"angular|effort|output|speed|turn")  # names of values that go no way around
 OTHER = {"min": "max", "max": "min"}
-HOW = "The smallest that an effort may be is kept by `max(output_min, ...)`, the largest by `min(output_max, ...)`."
+HOW = "`max(output_min, ...)` keeps an effort from being too small, `min(output_max, ...)` from being too large."
 
 
 def exchanged_limits(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -84,7 +84,7 @@ def _set_to_the_other(test: ast.expr, body: ast.stmt, known: dict[str, set[str]]
 
 
 def _always_one_number(call: ast.Call) -> Iterator[tuple[int, str]]:
-    """Yield `min(-0.5, max(0.5, ...))`, which is -0.5 whatever stands there."""
+    """Yield `min(-0.5, max(0.5, ...))`, which is always -0.5."""
     outer, inner = name_of(call.func), next((each for each in call.args if isinstance(each, ast.Call)), None)
     if inner is None or name_of(inner.func) != OTHER[outer] or len(call.args) != 2 or len(inner.args) != 2:
         return

@@ -96,8 +96,8 @@ OF_ANOTHER = " One that refuses values is registered with `add_on_set_parameters
 DESTROYED = "InvalidHandle: cannot use Destroyable because destruction was requested"
 UNSENT = "failed to send response: publisher's context is invalid"
 NODE_ENDED = (
-    "'{0}' calls `{2}` in line {1}, which ends the node: it answers nobody any more. A node must keep running; take "
-    "this line out."
+    "'{0}' calls `{2}` in line {1}, which ends the node, so it no longer answers. A node must keep running: remove "
+    "this line."
 )
 IGNORED = re.compile(rf"^Exception ignored in: .*\n{re.escape(MARK)}\n(?: .*\n)*\S.*\n?", re.MULTILINE)
 GUARDED = "`{}` is false when the file is run, so main() does not run: write `if __name__ == '__main__':`."
@@ -133,11 +133,11 @@ def left_thread(output: str, source: str) -> str:
         return ""
     if serves(source) and SPINNING.search(source) and never_spins(source) and ".join(" not in source:
         return (
-            "main() has ended while a thread of it still spun the node. A server must run until it is stopped: call "
+            "main() ended while one of its threads still spun the node. A server must run until it is stopped: call "
             "`rclpy.spin(node)` in main() itself, not in a thread."
         )
     return (
-        "A thread of it, such as one that spins, still ran when the program ended. End that first: "
+        "One of its threads, such as one that spins, still ran when the program ended. End it first: "
         "`executor.shutdown()`, or `rclpy.shutdown()`, lets it return, and `thread.join()` waits for that."
     )
 
@@ -269,8 +269,8 @@ def ends_the_program(frame: Frame) -> str:
 def of_exit(who: str, frames: tuple[Frame, ...]) -> FailureReport:
     """Return the report on a program that called `exit()` in a thread of its executor."""
     hint = (
-        f"'{frames[-1].function}' never returns after that, and the program goes on: what waits for its answer or its "
-        "result waits in vain. To leave a function, write `return`, in an execute callback with the result."
+        f"'{frames[-1].function}' never returns after that, but the program keeps running, so nobody receives its "
+        "answer or result. To leave a function, write `return`, in an execute callback with the result."
     )
     return FailureReport(who, LEFT, "", frames, hint)
 

@@ -164,19 +164,19 @@ def _nothing_returned(found: re.Match[str], source: str) -> str:
         name, _, returned = callback
         if re.match(r"\w+ = ", returned):
             return (
-                f"In the service callback '{name}', `{returned}` puts something else in the place of the response that "
-                "it is given. Set the fields of that one instead (`response.field = ...`), and return it."
+                f"In the service callback '{name}', `{returned}` replaces the response that it is given. Set the "
+                "fields of the given one instead (`response.field = ...`), and return it."
             )
         if ".Response(" in returned:
             return (
-                f"The service callback '{name}' returns `{returned}`, and its service is of another type: fill in the "
+                f"The service callback '{name}' returns `{returned}`, but its service has another type: fill in the "
                 "response that it is given, and return that."
             )
         what = f"`{returned}`, not the response" if returned else "nothing"
         return f"The service callback '{name}' returns {what}: end it with `return response`."
     if helper := silent_helper(source):
         return (
-            f"The service callback '{helper[2]}' returns what `{helper[0]}` gives it, and that is nothing: end "
+            f"The service callback '{helper[2]}' returns what `{helper[0]}` returns, which is nothing: end "
             f"`{helper[0]}` with `return response`, on every path through it."
         )
     return "Did your callback return the response? A service callback must end with `return response`."
@@ -297,7 +297,7 @@ def _response_for_callback(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `cancel_callback=CancelResponse.ACCEPT`, or on brackets after such a response."""
     kind, what = found[1], found[1].removesuffix("Response").lower()
     if code:
-        return f"`{kind}.ACCEPT` and `{kind}.REJECT` are no functions: leave out the brackets after them."
+        return f"`{kind}.ACCEPT` and `{kind}.REJECT` are not functions: leave out the brackets after them."
     given = "goal_handle" if what == "cancel" else "goal"
     return (
         f"`{what}_callback` takes a function that returns the {kind}: "
@@ -546,8 +546,8 @@ def _tuple_for_dict(found: re.Match[str], source: str, code: str) -> str:
     if len({*named}) != 1:
         return ""
     given = any(named[0] in (one.arg for one in each.args.args) for each in around(code, source))
-    where = "its caller passes one" if given else "look where it gets its value"
-    return f"`{named[0]}` is a tuple here, and no dict: {where}. A dict has its keys in braces: `{{'front': ...}}`."
+    where = "its caller passes one" if given else "check where it gets its value"
+    return f"`{named[0]}` is a tuple, not a dict: {where}. A dict has its keys in braces: `{{'front': ...}}`."
 
 
 def _hidden_property(found: re.Match[str], source: str) -> str:
@@ -618,8 +618,8 @@ def _class_for_object(found: re.Match[str], source: str) -> str:
         line = next((each.lineno for each in function.decorator_list if name_of(each) == "classmethod"), 0)
         if line and next(calls(function, found[1]), None):
             return (
-                f"`@classmethod` in line {line} takes the node away from '{function.name}', so that what it calls has "
-                "no `self`: leave it out."
+                f"`@classmethod` in line {line} passes the class instead of the node to '{function.name}', so what it "
+                "calls has no `self`: leave it out."
             )
     return "This is the class, not a node: create a node with brackets, as in `node = TheClass()`."
 
@@ -705,8 +705,8 @@ def _of_nothing(function: str, default: str, source: str) -> str:
     """Return the hint on the least or the largest of no values; only that of distances is infinite."""
     if re.search(r"LaserScan|\b(?:scan|ranges|distances|sectors?)\b", source):
         example = default.format(function, "-" * (function == "max"))
-        return f"There are no values to choose from. Give a default: {example}."
-    return f"There are no values to choose from. Ask for that before you call `{function}`: what should happen then?"
+        return f"The sequence is empty. Give a default: {example}."
+    return f"The sequence is empty. Check that before you call `{function}`: what should happen then?"
 
 
 def _destroyed(found: re.Match[str], source: str, code: str) -> str:
@@ -716,8 +716,8 @@ def _destroyed(found: re.Match[str], source: str, code: str) -> str:
     used = [call for call in made if re.search(rf"(?<![\w.]){re.escape(_gone(call))}(?!\w)", code)]
     for call in used if made else calls(tree, "destroy_node"):
         return (
-            f"What this line uses is destroyed already, as `{ast.unparse(call)}` in line {call.lineno} does: call that "
-            "when all is done."
+            f"`{ast.unparse(call)}` in line {call.lineno} has already destroyed what this line uses: call it when "
+            "everything is done."
         )
     return ""
 
@@ -1020,7 +1020,7 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
     (
         r"^IndexError",
         r"\[[^\]]*\+\s*1\]",
-        "The last index is one less than the length: for the last one, an index with `+ 1` is beyond it.",
+        "The last index is one less than the length: for the last element, an index with `+ 1` is out of range.",
     ),
     (
         r"object is not callable",

@@ -147,13 +147,13 @@ def wrong_type(found: re.Match[str], source: str) -> str:
         "float": "a float, such as 3.0, not a text, an int, a NumPy number or None: convert a number with `float(...)`",
         "int": "a whole number: convert a number or text with `int(...)`, and count a list with `len(...)`",
         "str": "a string: use `str(...)` or an f-string",
-        "bool": "True or False, without quotation marks; of anything else, a comparison such as `count > 0` makes one",
+        "bool": "True or False, without quotation marks; a comparison such as `count > 0` gives one",
     }
     return f"The field '{field}' takes {examples[kind]}."
 
 
 def sent(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a line in which a client sends something that is no goal or request of its type."""
+    """Return the hint on a line in which a client sends something that is not a goal or request of its type."""
     for method, (part, what) in SENT.items():
         for call in calls(parse(code), method):
             made = call.args[0] if call.args else None
@@ -207,8 +207,8 @@ OF_GOALS = {"ServerGoalHandle": ServerGoalHandle, "ClientGoalHandle": ClientGoal
 
 
 ASK_FOR_RESULT = (
-    "This is a goal handle, which comes as soon as the goal is accepted; the result comes at its end, and is asked for "
-    "apart: {}."
+    "This is a goal handle, which comes as soon as the goal is accepted; the result comes at the goal's end, and is "
+    "requested separately: {}."
 )
 IN_A_CELL = "`ros.wait(goal_handle.get_result_async()).result`"
 IN_A_PROGRAM = (

@@ -86,8 +86,8 @@ def endless_look_at(frames: Sequence[Frame], source: str) -> list[str]:
         )
     elif frames[-1].function in service_callbacks(parse(source)):
         how = (
-            "nobody is answered meanwhile. Check `service_is_ready()` of the client once, and say in the response that "
-            "the server is not there."
+            "meanwhile the node answers no request. Check `service_is_ready()` of the client once, and say in the "
+            "response that the server is not there."
         )
     return [f"This loop goes on until there is a server: {how}"]
 
@@ -134,8 +134,8 @@ def crowded(source: str, in_calls: int) -> list[str]:
     others = "SingleThreadedExecutor(" in source or THREADS.search(source)  # which may receive the answer
     if others or not 0 < count <= in_calls:
         return []
-    why = f"All {count} threads of its executor wait in such a call, so none is left that could receive an answer"
-    return [f"{why}: give it more, or write `await client.call_async(...)`, which keeps none."]
+    why = f"All {count} threads of its executor wait in such a call, so none is left to receive an answer"
+    return [f"{why}: give it more, or write `await client.call_async(...)`, which blocks none."]
 
 
 def executor_threads(source: str) -> tuple[int, int, bool]:

@@ -287,7 +287,7 @@ def _own_function(name: str, source: str) -> str:
     if not made or is_set or not re.search(rf"\bself\.{name}\b", source):
         return ""
     return (
-        f"`{name}` is a function outside of the class (line {made[0].lineno}), and no method: call it without `self.`, "
+        f"`{name}` is a function outside of the class (line {made[0].lineno}), not a method: call it without `self.`, "
         f"`{name}(...)`."
     )
 

@@ -301,10 +301,7 @@ def session_overwritten(found: re.Match[str], source: str, code: str) -> str:
     kind = type(main.get("ros")).__name__
     if "ros" not in main or kind == "Session" or kind != found[1] or not re.search(rf"\bros\.{found[2]}\b", code):
         return ""
-    return (
-        "The name `ros` stands for something else since a cell assigned to it: run the first code cell, "
-        "`ros = course.live()`, again."
-    )
+    return "A cell has assigned another value to `ros`: run the first code cell, `ros = course.live()`, again."
 
 
 def _future(node: ast.expr, source: str) -> str:

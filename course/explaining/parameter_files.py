@@ -67,7 +67,7 @@ def unparsed(error: str) -> str:
     if rule := OVERRIDE.search(error):
         return f"A parameter is set with `:=`: `-p {rule[1]}:={rule[2]}`"
     if rule := NO_RULE.search(error):
-        return f"The value follows the name with `:=` and without a blank: `-p {rule[1]}:=2.0`, for example."
+        return f"Write the value after `:=`, without a space: `-p {rule[1]}:=2.0`, for example."
     if name := DASH.search(error):
         meant = name[1].replace("-", "_")
         return f"The name of a parameter has no `-`. Did you mean `-p {meant}:={name[2]}`?"
@@ -82,7 +82,7 @@ def unparsed(error: str) -> str:
     if unknown := UNKNOWN.search(error):
         return f"A parameter on a command line has `-p` before it: `-p {unknown[1]}`."
     if empty := NO_VALUE.search(error):
-        return f"The value follows `:=` without a blank: `-p {empty[1]}:=2.0`, for example."
+        return f"Write the value after `:=`, without a space: `-p {empty[1]}:=2.0`, for example."
     if missing := NO_FILE.search(error):
         return f"The folder {Path.cwd().name}, in which the program runs, has no file {missing[1]}."
     return ""
@@ -94,7 +94,7 @@ def _without_a_colon(file: str, near: int) -> str:
         text = line.partition(" #")[0].strip()
         if text and text[0] not in "#-[]{}\"'" and not re.search(r":(?:\s|$)", text):
             return (
-                f"{file}, line {number}, `{one_line(text)}`: each value is written `name: value`, with a blank after "
+                f"{file}, line {number}, `{one_line(text)}`: each value is written `name: value`, with a space after "
                 "the colon, and a name above others ends with a colon."
             )
     return ""
@@ -109,7 +109,7 @@ def with_tabs(words: Sequence[str]) -> list[str]:
             number for number, line in enumerate(text.splitlines(), 1) if "\t" in line[: -len(line.lstrip()) or None]
         ]
         if lines:
-            found.append(f"{name}, line {lines[0]}, begins with a tab: a parameter file is indented with blanks only.")
+            found.append(f"{name}, line {lines[0]}, begins with a tab: a parameter file is indented with spaces only.")
     return found
 
 

@@ -52,8 +52,8 @@ def library(found: re.Match[str], source: str, code: str) -> str:
         return ""
     used = re.search(rf"\b{name}\.(\w+)", code)
     if used and used[1] in USED:
-        return f"`{used[0]}` is of ROS 1. In ROS 2: {USED[used[1]]}."
-    return f"`{name}` is a library of ROS 1. {LIBRARIES[name]}"
+        return f"`{used[0]}` is from ROS 1. In ROS 2: {USED[used[1]]}."
+    return f"`{name}` is a library from ROS 1. {LIBRARIES[name]}"
 
 
 def command(line: str) -> str:
@@ -63,5 +63,5 @@ def command(line: str) -> str:
     if name not in COMMANDS:
         return ""
     if not (now := COMMANDS[name]):
-        return f"`{name}` is of ROS 1. ROS 2 needs nothing in its place: nodes find each other."
-    return f"`{name}` is of ROS 1. In ROS 2: `{' '.join([now, *words[1:]])}`."
+        return f"`{name}` is from ROS 1. ROS 2 needs nothing in its place: nodes find each other."
+    return f"`{name}` is from ROS 1. In ROS 2: `{' '.join([now, *words[1:]])}`."

@@ -326,7 +326,7 @@ def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Ite
             text = ast.unparse(one)
             if isinstance(other, ast.List) and text in {f"{given}.{field}" for field in fields}:
                 always = "true" if isinstance(node.ops[0], ast.NotEq) else "false"
-                why = f"is always {always}: the field is an array, and no array is equal to a list"
+                why = f"is always {always}: the field is an array, and an array is never equal to a list"
                 yield node.lineno, f"`{ast.unparse(node)}` {why}. Write `list({text})`."
 
 

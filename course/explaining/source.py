@@ -140,7 +140,7 @@ def calls(tree: ast.AST, name: str) -> Iterator[ast.Call]:
 
 
 def the_method_itself(text: str, so: str = "", arguments: str = "") -> str:
-    """Return what is told of a method without its brackets, `text` as it is written; `so` says what comes of it."""
+    """Return the remark on a method without its brackets, `text` as it is written; `so` is the consequence."""
     return f"`{text}` is the method itself{so}. Call it: `{text}({arguments})`."
 
 
@@ -673,7 +673,7 @@ def _is_no_response(value: ast.expr) -> bool:
 
 
 def _holds_no_response(function: ast.AST, name: str) -> bool:
-    """Return True if all that a function assigns to a name is no response."""
+    """Return True if nothing that a function assigns to a name is a response."""
     stored = [node for node in walk(function) if isinstance(node, ast.Name) and node.id == name
               and isinstance(node.ctx, ast.Store)]  # fmt: skip
     given = [node.value for node in _assigned(function, name)]

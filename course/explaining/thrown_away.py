@@ -59,7 +59,7 @@ def _continued(value: ast.expr, how: str) -> str:
     while isinstance(first, ast.BinOp):
         first = first.left
     if isinstance(first, ast.UnaryOp) and isinstance(first.op, (ast.UAdd, ast.USub)):
-        return "this line is a statement of its own. To go on with the line above, put the whole into brackets."
+        return "this line is a statement of its own. To continue the line above, put the whole expression in brackets."
     sign = SIGNS.get(type(value.op), "") if isinstance(value, ast.BinOp) else ""
     if isinstance(value, ast.BinOp) and sign and how == "keep" and isinstance(value.left, (ast.Attribute, ast.Name)):
         left, right = ast.unparse(value.left), ast.unparse(value.right)

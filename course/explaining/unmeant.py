@@ -163,9 +163,9 @@ def _first_rounds(tree: ast.Module) -> Iterator[tuple[int, str]]:
             )
             if len(returned) > 1 and not goes_on and _returns(loop.body) and name_of(_called(loop.iter)) != "range":
                 why = (
-                    f"each way through this loop ends with a `return`, so only the first of `{ast.unparse(loop.iter)}`"
+                    f"each path through this loop ends with a `return`, so only the first of `{ast.unparse(loop.iter)}`"
                 )
-                yield loop.lineno, f"{why} is looked at. The `return` for after the last one stands below the loop."
+                yield loop.lineno, f"{why} is looked at. The `return` that follows the last one belongs below the loop."
 
 
 def _empty_slices(tree: ast.Module) -> Iterator[tuple[int, str]]:

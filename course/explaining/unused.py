@@ -81,7 +81,7 @@ def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:
         made = node.value if isinstance(node, ast.Expr) else None
         if isinstance(made, ast.Call) and name_of(made.func) in RESULTS:
             name = ast.unparse(made.func)
-            yield made.lineno, f"`{name}(...)` alone refuses and accepts nothing: write `return {name}(...)`."
+            yield made.lineno, f"`{name}(...)` alone neither refuses nor accepts anything: write `return {name}(...)`."
 
 
 def _unregistered(methods: Collection[Function], *, whole: bool) -> Iterator[tuple[int, str]]:

@@ -34,7 +34,7 @@ def misread(cell: str, names: Mapping[str, Any]) -> list[str]:
 
 
 def _read(node: ast.AST) -> list[ast.expr]:
-    """Return the expressions that a node prints or compares: nobody does that with a method."""
+    """Return the expressions that a node prints or compares, which makes no sense for a method."""
     if isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Eq, ast.NotEq, ast.Lt, ast.Gt, ast.LtE, ast.GtE)):
         return [node.left, *node.comparators]
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "print":
@@ -65,14 +65,15 @@ def _why(given: ast.expr, wanted: ast.List, names: Mapping[str, Any]) -> str:
         return ""
     if isinstance(value, array) and list(value) == listed:
         return (
-            f"`{text}` has the same numbers, but it is an array, and no array is equal to a list: write `list({text})`."
+            f"`{text}` has the same numbers, but it is an array, and an array is never equal to a list: write "
+            f"`list({text})`."
         )
     if isinstance(value, list) and value and listed and all(hasattr(each, FIELDS) for each in value):
         lists = [name for name in getattr(value[0], FIELDS)() if isinstance(getattr(value[0], name), (array, list))]
         field = f"list(each.{lists[0]})" if lists else f"each.{next(iter(getattr(value[0], FIELDS)()), 'field')}"
         return (
-            f"`{text}` is a list of messages, and a message is equal to no list or number: compare their fields, as in "
-            f"`[{field} for each in {text}]`."
+            f"`{text}` is a list of messages, and a message is never equal to a list or a number: compare their "
+            f"fields, as in `[{field} for each in {text}]`."
         )
     return ""
 

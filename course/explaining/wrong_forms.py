@@ -195,7 +195,7 @@ def _whole_message(found: re.Match[str], source: str, code: str) -> str:
     if not _is_message(found[1]):
         return ""
     return (
-        f"This is a whole message, a {found[1]}, and not a dict or a list: check what is passed here. The fields of a "
+        f"This is a whole message, a {found[1]}, not a dict or a list: check what is passed here. The fields of a "
         "message are attributes."
     )
 
@@ -208,7 +208,7 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
         if name in kept and any("Enum" in ast.unparse(base) or "Flag" in ast.unparse(base) for base in cls.bases):
             return f"`{name}` is a member of {cls.name}: write `{cls.name}.{name}`."
     if _is_text(name, code, tree):
-        return f"A text stands in quotation marks: `'{name}'`."
+        return f"Text is written in quotation marks: `'{name}'`."
     if text := _without_quotes(found, source, code):
         return text
     if field := _of_the_request(name, source, code):
@@ -315,7 +315,7 @@ def _no_base(found: re.Match[str], source: str, code: str) -> str:
     for cls in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef) and not node.bases):
         if any(covers(cls, call.lineno) and "super().__init__(" in ast.unparse(call)
                for call in calls(cls, "__init__")):  # fmt: skip
-            return f"The class {cls.name} has no base, and so is no node: write `class {cls.name}(Node):`."
+            return f"The class {cls.name} has no base class, so it is not a node: write `class {cls.name}(Node):`."
     return ""
 
 
@@ -349,18 +349,18 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (r"object\.__init__\(\) takes exactly one argument", _no_base),
     (
         r"between instances of 'array\.array'|'array\.array' and 'array\.array'|operand type.*'array\.array'",
-        _says("The list in a message is no array of NumPy: make it one first, `np.array(scan.ranges)`, for example."),
+        _says("The list in a message is not a NumPy array: convert it first, as in `np.array(scan.ranges)`."),
     ),
     (
         r"only integer scalar arrays can be converted to a scalar index|array indices must be integers",
         _says(
-            "Only an array of NumPy can be indexed with conditions or an array. Make one of the list in the message: "
+            "Only a NumPy array can be indexed with conditions or an array. Make one from the list in the message: "
             "`np.array(scan.ranges)`, for example."
         ),
     ),
     (
         r"unsupported operand type\(s\) for .*'range'",
-        _says("A `range` is no array: numbers to compute with are `np.arange(...)`."),
+        _says("A `range` is not an array: to compute with its numbers, write `np.arange(...)`."),
     ),
     (
         r"'\w+_(?:Request|Response|Goal|Result|Feedback)' object does not support item assignment",

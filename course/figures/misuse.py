@@ -1,4 +1,4 @@
-"""Checks of what a cell gives to a figure: what stands in the place of something else is told at once."""
+"""Checks of what a cell gives to a figure: a wrong argument is reported at once."""
 
 from collections.abc import Mapping
 

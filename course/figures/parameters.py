@@ -44,7 +44,7 @@ def changes(
     of the axis, or with `beside` to the last of its rows.  The axis covers the accepted values, the declared range
     (dashed lines) and the refused values near these; one far away is an arrow at the edge.  Refusals are numbered, and
     their values and reasons are listed below the axis.  The columns of `beside`, in the same `unit`, are drawn as well.
-    Raises FigureError for anything but recorders, and for a parameter that was not recorded or is no number.
+    Raises FigureError for anything but recorders, and for a parameter that was not recorded or is not a number.
     """
     if isinstance(record, str) and isinstance(name, Recorder):
         raise FigureError(f"first the recorder, then the name: write `changes(sets, {record!r})`")

@@ -82,7 +82,7 @@ class Live:
     def wait(self, condition: Callable[[], bool], timeout: float = 30.0) -> bool:
         """Redraw whenever there is something new, until `condition()` holds; False after `timeout` s, which is told.
 
-        Raises FigureError outside of a `with` block, and for a condition that is no function.
+        Raises FigureError outside of a `with` block, and for a condition that is not a function.
         """
         if not self._begun:
             raise FigureError("nothing is shown yet: write `with live(figure, recorder) as shown:`, and wait below it")

@@ -21,7 +21,7 @@ def check(name: str = "") -> None:
     """Run the public checks called `name`, or all, of the notebook in the kernel's folder, and print each outcome.
 
     They are the notebook's locked cells as last saved, and use copies of the variables of the cells run so far.  Files
-    that differ from their cells are reported first.  Raises ExerciseError for a name that is no text.
+    that differ from their cells are reported first.  Raises ExerciseError for a name that is not text.
     """
     session = current()
     if session and (why := session.elsewhere):

@@ -29,8 +29,8 @@ def lost_status(file: str, status: int) -> str:
     for value in (each for each in (*returns, *given_to) if status == 0 and isinstance(each, ast.Constant)):
         if isinstance(value.value, int) and value.value and value.value % STATUSES == 0:
             return (
-                f"\n{frame_at(file, value.lineno, source)}\nAn exit status is a number from 0 to 255, and of "
-                f"{value.value} the remainder is 0: take 1."
+                f"\n{frame_at(file, value.lineno, source)}\nAn exit status is a number from 0 to 255, so {value.value} "
+                "becomes 0: use 1."
             )
     for handler in (node for node in walk(main or ast.Module([], [])) if isinstance(node, ast.ExceptHandler)):
         for node in (each for statement in handler.body for each in walk(statement)):
@@ -168,8 +168,8 @@ def return_in_finally(file: str) -> str:
             for node in (each for statement in tried.finalbody for each in walk(statement)):
                 if isinstance(node, ast.Return) and main.body[-1] is not tried:
                     return (
-                        f"\n{frame_at(file, node.lineno, source)}\nThis `return` stands in `finally` and ends main() "
-                        "each time: what stands below it never runs."
+                        f"\n{frame_at(file, node.lineno, source)}\nThis `return` is in `finally` and always ends "
+                        "main(): what is below it never runs."
                     )
     return ""
 
@@ -217,8 +217,8 @@ def kept_name(file: str) -> str:
     if len(lines) != 1:
         return ""
     return (
-        f"\n{frame_at(file, lines[0], source)}\nThe first of these words is the program's name, and nothing in "
-        "the file takes it off."
+        f"\n{frame_at(file, lines[0], source)}\nThe first of these words is the program's name, and nothing in the "
+        "file removes it."
     )
 
 

@@ -35,7 +35,7 @@ def not_wanted(name: str) -> str:
 
 
 def left_behind(file: str) -> Iterator[tuple[int, str]]:
-    """Yield the line and the name of each module that `file` imports from its folder and that is no exercise's file."""
+    """Yield the line and the name of each module that `file` imports from its folder but no exercise uses."""
     wanted = wanted_files()
     for line, name in imported(parse(text_at(Path(file)))) if wanted else ():
         if Path(f"{name}.py").is_file() and f"{name}.py" not in wanted:

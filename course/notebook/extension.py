@@ -106,14 +106,14 @@ def _misspelt(line: str) -> None:
 def _with_a_blank(line: str) -> None:
     from IPython.core.error import UsageError
 
-    raise UsageError(f"Write `%%exercise {line}`, without a blank behind `%%`. Nothing was written.")
+    raise UsageError(f"Write `%%exercise {line}`, without a space after `%%`. Nothing was written.")
 
 
 def _not_first(line: str) -> None:
     from IPython.core.error import UsageError
 
     raise UsageError(
-        f"`%%exercise {line}` must be the first line of its cell: move the comment, or whatever stands above it, below "
+        f"`%%exercise {line}` must be the first line of its cell: move the comment, or anything else above it, below "
         "it. Nothing was written."
     )
 
@@ -185,7 +185,7 @@ def _started(name: str, line: str, folder: Path) -> str:
     if not found:
         return ""
     if found[2] or (folder / f"{name}.py").is_file():
-        return f'`{name}.py` is a file, and its name a text: write `ros.{found[1]}("{name}.py")`.'
+        return f'`{name}.py` is a file: write its name as text, `ros.{found[1]}("{name}.py")`.'
     classes = [each for _, cell in _code_cells(folder) if not cell.public_check for each in _node_classes(cell.source)]
     cls = next((cls for cls, node in classes if node == name), "")
     if not cls:
@@ -264,7 +264,7 @@ def _look_for_a_loop(over: threading.Event, thread: int, began: float) -> None:
         loop = session.tell_of_a_loop(thread, time.monotonic() - began, loop)
     if not over.is_set() and (file := server_waited_for(thread)):
         say(
-            f"{file} still runs, and this cell waits for its end. A server does not end by itself: the ■ button ends "
+            f"{file} still runs, and this cell waits for it to end. A server does not end by itself: the ■ button ends "
             f"it, and `ros.start('{file}')` starts it so that the next cells can run."
         )
 

@@ -98,8 +98,8 @@ WAITS_ON = (
     "returns after 5 s, also without an answer."
 )
 TAKES_IT_AWAY = (
-    "This spins the node inside one of its own callbacks, and takes it away from the executor that spins it: then "
-    "nothing of the node runs any more. Leave it out; `time.sleep(seconds)` waits, and keeps this thread alone."
+    "This spins the node inside one of its own callbacks, and takes it away from the executor that spins it: then none "
+    "of the node's callbacks runs any more. Leave it out; `time.sleep(seconds)` waits, and blocks only this thread."
 )
 BETWEEN = 0.3  # s between two looks at a wait that may be without a limit
 ENDING = 1.0  # s for it to report where it is
@@ -252,28 +252,28 @@ class Alone:
         raised = process.output.lstrip().startswith(MARK) and "'NoneType' object" in process.output
         if raised or (plainly and MARK in process.output):
             raise ExerciseError(
-                f"{self._when}, {process.name} must say so, and it ends with an exception instead:\n"
+                f"{self._when}, {process.name} must say so, but it ends with an exception:\n"
                 f"{process.reports[-1] if process.reports else process.output.strip()}"
             )
         session.until(lambda: not self._watching.is_alive())
         if len(self._asked) > 1:
             raise ExerciseError(
-                f"{self._when}, {process.name} must not ask again, and it has sent {len(self._asked)} requests."
+                f"{self._when}, {process.name} must not ask again, but it has sent {len(self._asked)} requests."
             )
         if self._waited < least:
             raise ExerciseError(
-                f"{process.name} must wait for an answer for {least:g} s at least, and it ended {self._waited:.1f} s "
+                f"{process.name} must wait for an answer for {least:g} s at least, but it ended {self._waited:.1f} s "
                 f"after it had sent its request:\n{process.output.strip()}"
             )
         if usage and not _said(process.output) - _said(usage):
             raise ExerciseError(
-                f"{self._when}, {process.name} must say so, and it prints what it prints with one argument alone:\n"
+                f"{self._when}, {process.name} must say so, but it prints the same as with only one argument:\n"
                 f"{process.output.strip()}"
             )
         waited = self._over - self._begun
         if not self._silent and self._begun and self._over and waited < least:
             raise ExerciseError(
-                f"{process.name} must wait for a server that is still starting for {least:g} s at least, and it ended "
+                f"{process.name} must wait for a server that is still starting for {least:g} s at least, but it ended "
                 f"{waited:.1f} s after it had begun to look for one:\n{process.output.strip()}"
             )
 
@@ -363,7 +363,7 @@ def meant(file: str, maker: str, name: str) -> None:
     source = text_at(Path(file))
     if others := other_names(source, maker, name):
         text, line = others[0]
-        raise ExerciseError(f"{frame_at(file, line, source)}\nThe name must be {name}, and here it is {text}.")
+        raise ExerciseError(f"{frame_at(file, line, source)}\nThe name must be {name}, but here it is {text}.")
 
 
 def of_type(kind: type[Any], service: str) -> None:
@@ -502,7 +502,7 @@ def unmet(file: str) -> str:
         return ""
     return (
         f"\n{frame_at(file, sent.lineno, source)}\nNothing in the file waits for the server before this. A program "
-        "needs a moment to find it, and what it sends before reaches nobody: wait with "
+        "needs a moment to find it, and what it sends earlier is lost: wait with "
         f"`{ast.unparse(sent.func).rpartition('.')[0]}.{wait}(timeout_sec=...)`, which returns False if no server "
         "comes."
     )
@@ -664,7 +664,7 @@ def few_threads(file: str, callers: int) -> str:
     return (
         f"\n{frame_at(file, line, source)}\n"
         f"This has {count} threads{'' if given else ', one for each processor'}. A callback that blocks while it waits "
-        f"keeps one of them, and {callers} callers at once leave none that could receive an answer."
+        f"occupies one of them, so {callers} callers at once leave none to receive an answer."
     )
 
 
@@ -728,15 +728,16 @@ def sets_in_a_check(file: str) -> str:
         for call in (each for name in SETTING for each in calls(function, name)):
             if isinstance(call.func, ast.Attribute) and name_of(call.func.value) == "self":
                 return (
-                    f"\n{frame_at(file, call.lineno, source)}\nThis sets a parameter while another set is only being "
-                    "checked, and it stays so when that one is refused. An on-set callback must only look: a pre-set "
-                    "callback may change what is set, and a post-set callback acts."
+                    f"\n{frame_at(file, call.lineno, source)}\nThis sets a parameter while another change is only "
+                    "being checked, and this one remains when that one is refused. An on-set callback must only "
+                    f"check: a pre-set callback may change what is set, and a post-set callback acts."
                 )
         for node in walk(function):
             if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store) and name_of(node.value) == "self":
                 return (
-                    f"\n{frame_at(file, node.lineno, source)}\nThis changes `{ast.unparse(node)}` while a set is only "
-                    "being checked, also when it is refused. An on-set callback must only look: a post-set one acts."
+                    f"\n{frame_at(file, node.lineno, source)}\nThis changes `{ast.unparse(node)}` while a change is "
+                    "only being checked, also when it is refused. An on-set callback must only check: a post-set "
+                    "callback acts."
                 )
     return ""
 

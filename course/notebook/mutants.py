@@ -123,7 +123,8 @@ def try_tests(file: str | Path, tests: str, timeout: float = USUAL) -> Trial:
         raise ExerciseError("there are no tests: a test is a function whose name begins with test_")
     for name in _never_run(tests):
         print(
-            f"note: pytest runs only functions whose name begins with test_; nothing calls '{name}', so it is no test.",
+            f"note: pytest runs only functions whose name begins with test_; '{name}' is not called, so it is not "
+            "a test.",
             file=sys.stderr,
         )
     if path.stem not in tests:

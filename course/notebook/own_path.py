@@ -1,8 +1,8 @@
 """Starts nbgrader, nbconvert and IPython so that they import nothing from the folder in which they are called.
 
-They put that folder before the installed packages on `sys.path`.  It may be what somebody has handed in, and a file
-there with the name of a module that is loaded later, such as `argcomplete.py`, would run with the rights of whoever
-called the command.  In IPython the folder comes last, as in a kernel.
+They put that folder before the installed packages on `sys.path`.  It may be a submission, and a file there with the
+name of a module that is loaded later, such as `argcomplete.py`, would run with the rights of the command's user.  In
+IPython the folder comes last, as in a kernel.
 environment/install writes the programs that run this module, with `python -P -m`.
 """
 

@@ -75,6 +75,6 @@ def step_limit(file: str) -> tuple[float, str]:
         for part in parts:
             limit = value_of(kept.get(ast.unparse(part), part), tree) or 0.0
             if LIMITS[0] < limit <= LIMITS[1]:
-                why = "The step has no limit: it is the whole time since the message before."
+                why = "The step has no limit: it is the whole time since the previous message."
                 return limit, f"\n{frame_at(file, part.lineno, source)}\n{why}"
     return 0.0, ""

@@ -61,8 +61,8 @@ def late_newest(file: str) -> str:
         if held and len(held) == len(stored) and all(isinstance(each.targets[0], ast.Attribute) for each in held):
             return (
                 f"\n{frame_at(file, held[0].lineno, source)}\nThis stores the new goal only when it has the lock, "
-                "after the end of the one before, which so never learns of it. Store it as soon as it is accepted, in "
-                "the `handle_accepted_callback`."
+                "after the previous one has ended, which therefore never learns of it. Store it as soon as it is "
+                "accepted, in the `handle_accepted_callback`."
             )
     moving = [node for function in named(tree, executes) for node in walk(function) if isinstance(node, ast.With)]
     locks = {ast.unparse(item.context_expr) for block in moving for item in block.items}
@@ -94,7 +94,8 @@ def stopped_clock(file: str) -> str:
         if "use_sim_time" in given and any(each is True for each in given):
             return (
                 f"\n{frame_at(file, call.lineno, source)}\nWith use_sim_time the clock of this node, and its timers, "
-                "stand still until something publishes /clock. Leave it out: whoever simulates sets it at the start."
+                "stand still until something publishes /clock. Leave it out: it is set at the start, where a "
+                "simulation runs."
             )
     return ""
 
@@ -125,7 +126,7 @@ def _reversed(file: str) -> str:
     for line, code in enumerate(text_at(Path(file)).splitlines(), 1):
         if "ranges" in code and re.search(r"\[::-1\]|\breversed\(|\.reverse\(|\bflip", code):
             return (
-                f". Line {line} of {file}, `{code.strip()}`, turns the order of the beams round: the first one is at "
+                f". Line {line} of {file}, `{code.strip()}`, reverses the order of the beams: the first one is at "
                 "angle_min, and the angles of the others grow by angle_increment"
             )
     return ""
@@ -235,8 +236,8 @@ def _kept_nothing(file: str) -> str:
         returned = [node for node in nodes if isinstance(node, ast.Return) and node.value]
         if returned and not keeps and not any(next(calls(function, name), None) for name in KEEPING):
             return (
-                f"\n{frame_at(file, returned[0].lineno, source)}\n'{function.name}' is called with each scan, and "
-                "nothing gets what it returns: a callback keeps it in an attribute, `self.distances = ...`."
+                f"\n{frame_at(file, returned[0].lineno, source)}\n'{function.name}' is called with each scan, and what "
+                "it returns is lost: a callback keeps it in an attribute, `self.distances = ...`."
             )
     if none := still_none(file):
         return none
@@ -269,7 +270,7 @@ def unseen_scans(file: str) -> str:
     for call in calls(tree, "Duration"):
         seconds = next((_number(each.value) for each in call.keywords if each.arg == "seconds"), 0.0)
         if seconds >= MILLISECONDS:
-            return f"\n{frame_at(file, call.lineno, source)}\nThese are {seconds:g} s: half a second is 0.5."
+            return f"\n{frame_at(file, call.lineno, source)}\nThis is {seconds:g} s: half a second is 0.5."
     heard, timed = (
         [*named(tree, {name_of(argument(call, *CALLBACKS[maker])) for call in calls(tree, maker)})]
         for maker in ("create_subscription", "create_timer")
@@ -351,8 +352,8 @@ def built_early(file: str, service: str) -> str:
                          and isinstance(node.ctx, ast.Store) and ast.unparse(node) == ast.unparse(target)]  # fmt: skip
                 if changed and not again:
                     return (
-                        f"\n{frame_at(file, statement.lineno, source)}\nThis reads `{ast.unparse(changed[0])}`, and "
-                        f"line {changed[0].lineno} changes it only then. Build the answer last."
+                        f"\n{frame_at(file, statement.lineno, source)}\nThis reads `{ast.unparse(changed[0])}` before "
+                        f"line {changed[0].lineno} changes it. Build the answer last."
                     )
     return ""
 

@@ -102,7 +102,7 @@ def terminal(*commands: str, timeout: float = USUAL, until: str = "") -> Termina
         _note_failures(begun, failed)
         runs = [each.result() for each in begun]
     if until and not any(until in output for _, output, _ in runs):
-        ended = f"(it has ended, and no line had {until!r} in it)\n"
+        ended = f"(it has ended; no line contained {until!r})\n"
         runs = [(command, output if status else _below(output, ended), status) for command, output, status in runs]
     return Terminal(runs, [*map(str, failed)])
 
@@ -164,7 +164,7 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
         output = f"{output.rstrip()}\nHint: {how}\n"
     if "Cannot have a value before ros__parameters" in output:
         output = (
-            f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a blank after the colon, "
+            f"{output.rstrip()}\nHint: In a parameter file each value is `name: value`, with a space after the colon, "
             "below `ros__parameters:`, with two underscores.\n"
         )
     path = _program(words)
@@ -242,7 +242,7 @@ def _run_to_its_end(words: list[str], timeout: float, failed: Collection[NodeFai
         if endless and not told_of_end and timeout - left > TELLING:
             told_of_end = True
             say(
-                f"`{shlex.join(words)}` still runs after {TELLING:g} s, and this cell waits for its end, at most "
+                f"`{shlex.join(words)}` still runs after {TELLING:g} s, and this cell waits for it to end, at most "
                 f"{timeout:g} s. A node does not end by itself: `terminal(..., until='some words')` ends it"
                 " once it has printed a line with these words."
             )
@@ -409,10 +409,10 @@ def _run_until(words: list[str], timeout: float, until: str) -> tuple[str, int]:
             if len(printed) >= FLOOD:
                 ran = time.monotonic() - began
                 return _below(
-                    printed[:SHOWN], f"(stopped after {ran:.0f} s{FLOODED}; no line had {until!r} in it)"
+                    printed[:SHOWN], f"(stopped after {ran:.0f} s{FLOODED}; no line contained {until!r})"
                 ), 124
         status = program.wait()
-        late_line = f"(stopped after {timeout:g} s: no line had {until!r} in it)"
+        late_line = f"(stopped after {timeout:g} s: no line contained {until!r})"
         return (f"{printed}{late_line}", 124) if late.is_set() else (printed, status)
     finally:
         alarm.cancel()

@@ -1,4 +1,4 @@
-"""The names of all nodes, also where one is no text.
+"""The names of all nodes, also if one is not valid text.
 
 A program without rclpy can announce any bytes as a node's name, and rclpy raises UnicodeDecodeError for the whole list.
 This module then asks the library below it, rcl, as rclpy does (rcl/graph.h, rcutils/types/string_array.h).
@@ -17,7 +17,7 @@ class _Strings(ctypes.Structure):
 
 
 def names_and_namespaces(handle: Any) -> tuple[list[tuple[str, str]], bool]:
-    """Return the names and namespaces of all nodes, and True if one is no text, with its bytes escaped.
+    """Return the names and namespaces of all nodes, and True if one is not valid text, with its bytes escaped.
 
     `handle` is that of one of rclpy's nodes.
     """

@@ -1,8 +1,8 @@
 """A node that looks at a graph in which other programs may have nodes with invalid names.
 
 rclpy checks the names of its own nodes, but a program without it can announce any bytes.  The queries of `Node` then
-raise for all that they would return: UnicodeDecodeError for a name that is no text, RCLError for one node that they are
-asked about by an invalid name.
+raise for all that they would return: UnicodeDecodeError for a name that is not valid text, RCLError for one node that
+they are asked about by an invalid name.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ OF_NODE = (
 class Onlooker(Node):
     """A node whose queries of endpoints leave out what has an invalid name.
 
-    `unreadable`: True if the last list of nodes has one whose name is no text, with its bytes escaped.
+    `unreadable`: True if the last list of nodes has one whose name is not valid text, with its bytes escaped.
     """
 
     unreadable = False

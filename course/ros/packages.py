@@ -60,7 +60,7 @@ def package_name(manifest: Path) -> str | None:
 
 
 def read_manifest(manifest: Path) -> "Element":
-    """Return the root of a package.xml; raises OSError, and ValueError for what is no small file with XML."""
+    """Return the root of a package.xml; raises OSError, and ValueError for anything but a small file with XML."""
     from xml.etree import ElementTree
 
     try:

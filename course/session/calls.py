@@ -75,10 +75,7 @@ class Calls:
             if handle.alive and handle.edited and service in handle.services:
                 what = handle.name if isinstance(handle, NodeProcess) else f"the class of {handle.name}"
                 again = f"ros.restart('{handle.name}')" if isinstance(handle, NodeProcess) else "ros.start(...)"
-                self.watch.notice(
-                    f"{what} was changed since it was started, and {service} is served as it was before: start it "
-                    f"again, with {again}."
-                )
+                self.watch.notice(f"{service} still runs the old version of {what}: start it again, with {again}.")
         if outdated := self._old_definition(service):
             self.watch.notice(outdated)
 

@@ -553,7 +553,7 @@ class Session:
         if name and not self._nodes.has_started(name):
             known = ", ".join(self._handles)
             self.watch.notice(
-                f"This session has started nothing called '{name}'." + (f" It has: {known}." if known else "")
+                f"This session has no node or file called '{name}'." + (f" It has: {known}." if known else "")
             )
 
     def _check_open(self) -> None:

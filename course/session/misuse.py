@@ -1,4 +1,4 @@
-"""Checks of what a cell gives to a session: what stands in the place of something else is told at once."""
+"""Checks of what a cell gives to a session: a wrong argument is reported at once."""
 
 import difflib
 import inspect
@@ -154,9 +154,7 @@ def expect_of_a_class(cls: type, fields: Mapping[str, object], error: TypeError)
 def expect_parameters(parameters: object) -> None:
     """Raise LiveError for anything but a dict of parameters, and for a dict in it."""
     if isinstance(parameters, Mapping) and any(isinstance(each, Mapping) for each in parameters.values()):
-        raise LiveError(
-            f"`parameters` holds names and values, without further dicts: write parameters={_flat(parameters)}"
-        )
+        raise LiveError(f"`parameters` must not contain nested dicts: write parameters={_flat(parameters)}")
     if parameters is not None and not isinstance(parameters, Mapping):
         raise LiveError(
             f"`parameters` is a dict of names and values, such as parameters={{'max_speed': 2.0}}, not a "

@@ -34,7 +34,7 @@ class Presence:
 
     @property
     def unreadable(self) -> bool:
-        """Return True if a node of the last list has a name that is no text: `names` leaves it out."""
+        """Return True if a node of the last list has a name that is not valid text: `names` leaves it out."""
         return isinstance(self._node, Onlooker) and self._node.unreadable
 
     def names(self) -> list[str]:

@@ -54,8 +54,8 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
                 hasattr(each, "to_parameter_msg") for each in (value if isinstance(value, list | tuple) else [value])
             ):
                 raise LiveError(
-                    f"{srv_type.__name__}.{name} holds messages, and this is a parameter of rclpy: write "
-                    "`.to_parameter_msg()` behind it, as in [Parameter('max_speed', value=2.0).to_parameter_msg()]"
+                    f"{srv_type.__name__}.{name} holds messages, but this is a parameter of rclpy: write "
+                    "`.to_parameter_msg()` after it, as in [Parameter('max_speed', value=2.0).to_parameter_msg()]"
                 ) from None
             plain = "field must be of type" in str(error)  # repeats the message
             why = f"which is a {type(value).__name__}" if plain else error

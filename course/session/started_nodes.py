@@ -128,12 +128,12 @@ class StartedNodes:
         """Restart the node or the file called `name` as it was started last; raises LiveError for an unknown name."""
         found = self._called(name, self._again)
         if not found:
-            raise LiveError(f"this session has started nothing called {name}: ros.nodes() lists what it has started")
+            raise LiveError(f"this session has no node or file called {name}: ros.nodes() lists what it has started")
         old = self._handles.get(found[0])
         if isinstance(old, LiveNode) and is_watched(old.node):
             self._watch.notice(
-                f"A ParameterRecorder of '{old.name}' belongs to the node before the restart, and records nothing of "
-                "the new one: make another one."
+                f"A ParameterRecorder of '{old.name}' records the node before the restart, not the new one: create "
+                "another recorder."
             )
         return self._start_alone(self._again[found[0]])
 
@@ -245,7 +245,7 @@ class StartedNodes:
             Row(name, "running", None, "not started by this session") for name in self.names() if name not in known
         ]
         if self._presence.unreadable:
-            rows.append(Row("(a name that is no text)", "running", None, "not started by this session"))
+            rows.append(Row("(a name that is not text)", "running", None, "not started by this session"))
         return sorted(rows, key=lambda row: row.name)
 
     def _called(self, name: str, keys: Collection[str]) -> list[str]:

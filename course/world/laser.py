@@ -16,8 +16,8 @@ MOST_BEAMS = 3600
 class Laser:
     """A scanner at the centre of the robot, with beams counter-clockwise from `angle_min`; 0 is straight ahead.
 
-    The default has 360 beams, one for each degree, and starts straight ahead.  Raises WorldError for one that there
-    cannot be.
+    The default has 360 beams, one for each degree, and starts straight ahead.  Raises WorldError for impossible
+    values.
     """
 
     beams: int = 360

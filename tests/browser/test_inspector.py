@@ -401,7 +401,7 @@ def test_a_message_is_published_at_a_rate_and_stops_with_the_panel(lab, page):
     show_panel(page, "Nodes")
     page.wait_for_timeout(2000)  # a publication may be unseen for 0.5 s
     expect(show_panel(page, "Inspector").get_by_role("region", name="Timeline")).to_contain_text("last message")
-    expect(passed).to_contain_text("It has ended: another panel or another notebook came to the front")
+    expect(passed).to_contain_text("Publishing stopped, because the Inspector of this notebook was no longer shown")
     expect(passed).not_to_contain_text("It goes on while")
     panel.get_by_label("What to do").select_option("Call a service")
     apart.get_by_role("button", name="Close").click()

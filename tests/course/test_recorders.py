@@ -105,7 +105,7 @@ def test_a_wait_for_feedback_is_over_soon_after_the_end_of_the_goal(fibonacci, c
     assert not goal.wait_feedback(10, timeout=30.0)
     assert goal.wait_end() == "succeeded"
     assert time.monotonic() - began < 15.0
-    said = "This goal has ended as succeeded, after 3 feedback messages: wait_feedback(10) waits for no more."
+    said = "This goal has ended as succeeded, after 3 feedback messages: wait_feedback(10) stopped waiting."
     assert said in capsys.readouterr().err
 
 

@@ -75,7 +75,7 @@ def test_a_loop_until_a_message_is_there_tells_how_to_wait(session, capsys):
         assert wait_until(lambda: cell_loop(thread), 5.0)
         session.tell_of_a_loop(thread, 5.0, cell_loop(thread))
     assert capsys.readouterr().err.endswith(
-        "`ros.until(lambda: more)` waits for 5 s at most, and tells of reasons that it knows.\n"
+        "`ros.until(lambda: more)` waits for 5 s at most, and says why nothing has come if it knows.\n"
     )
 
 

@@ -48,9 +48,9 @@ def of_lift(body: str) -> list[str]:
 def test_a_lock_that_a_way_through_the_function_never_releases(body, line, way):
     (told,) = of_lift(body)
     assert told.startswith(
-        f"lift.py, line {line}: `self.cabin.acquire()` takes the lock, and the way through line {way}"
+        f"lift.py, line {line}: `self.cabin.acquire()` takes the lock, but the path through line {way}"
     )
-    assert told.endswith(" Write `with self.cabin:`, which releases it on every way.")
+    assert told.endswith(" Write `with self.cabin:`, which releases it on every path.")
 
 
 @pytest.mark.parametrize(

@@ -163,9 +163,7 @@ def spin(tmp_path, line: str = UNTIL, *, name: str = "calculator", more: str = "
 def test_a_spin_that_only_a_future_ends(tmp_path, line):
     found = spin(tmp_path, line)
     assert (found.line, found.names) == (7 + line.count("\n"), ("/calculator",))
-    assert f"Line {found.line} spins until a future is done" in str(found) and "no answer from /calculator" in str(
-        found
-    )
+    assert f"Line {found.line} spins until a future is done" in str(found) and "no request to /calculator" in str(found)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +187,7 @@ def test_a_spin_that_ends_otherwise(tmp_path, line):
 @pytest.mark.parametrize("line", ["rclpy.spin(self)", "executor.spin()"])
 def test_a_spin_that_only_ctrl_c_ends(tmp_path, line):
     found = spin(tmp_path, line)
-    assert str(found).startswith(f"Line 7, `{line}`, returns only after Ctrl-C, and no answer from /calculator")
+    assert str(found).startswith(f"Line 7, `{line}`, returns only after Ctrl-C, and no request to /calculator")
     assert spin(tmp_path, line, more="create_timer(1.0, self.over)") is None
 
 

@@ -176,7 +176,7 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "TypeError: 'GoalResponse' object is not callable",
             "",
             "return GoalResponse.ACCEPT()",
-            "`GoalResponse.ACCEPT` and `GoalResponse.REJECT` are no functions: leave out the brackets",
+            "`GoalResponse.ACCEPT` and `GoalResponse.REJECT` are not functions: leave out the brackets",
         ),
         ("TypeError: 'int' object is not callable", "", "a = turn(sorted(b))", "`turn` is an int here, not a function"),
         (
@@ -390,7 +390,7 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "ValueError: min() arg is an empty sequence",
             "import math\nok = min(goal.floors) >= 0",
             "ok = min(goal.floors) >= 0",
-            "There are no values to choose from. Ask for that before you call `min`: what should happen then?",
+            "The sequence is empty. Check that before you call `min`: what should happen then?",
         ),
         (
             "AssertionError: The 'result' field must be of type 'float'",
@@ -569,7 +569,7 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "AssertionError: The 'success' field must be of type 'bool'",
             "",
             "response.success = 'False'",
-            "The field 'success' takes True or False, without quotation marks; of anything else, a comparison",
+            "The field 'success' takes True or False, without quotation marks; a comparison such as `count > 0`",
         ),
         (
             "NameError: name 'state' is not defined. Did you mean: 'State'?",
@@ -1008,7 +1008,7 @@ def test_what_is_no_response_is_named_with_its_line(tmp_path, returned):
 )
 def test_the_response_of_another_type_is_named(body, returned):
     text = SERVER.format(define="def", body=body, options="").replace("return response", f"return {returned}")
-    why = "The service callback 'ask' returns `SetBool.Response(success=True)`, and its service is of another type: "
+    why = "The service callback 'ask' returns `SetBool.Response(success=True)`, but its service has another type: "
     assert hint("TypeError", text).startswith(why)
     assert source.wrong_return(text.replace("SetBool", "Trigger")) is None
 
@@ -1030,7 +1030,7 @@ def test_what_replaces_the_response_is_named_with_its_line(tmp_path, replaced):
     path.write_text(text)
     report = failure_report.of_program(path, "Traceback (most recent call last):\nTypeError\n", 1)
     assert [(frame.line, frame.code) for frame in report.frames] == [(9, replaced)]
-    assert report.hint.startswith(f"In the service callback 'ask', `{replaced}` puts something else in the place of ")
+    assert report.hint.startswith(f"In the service callback 'ask', `{replaced}` replaces the response that it is ")
     in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
     assert (in_a_cell.frames[-1].line, in_a_cell.hint) == (9, report.hint)
 
@@ -1255,7 +1255,7 @@ def test_a_name_of_the_session_that_stands_for_something_else(monkeypatch):
     error, main = "AttributeError: 'NoneType' object has no attribute 'node'", vars(sys.modules["__main__"])
     assert hint(error, "", "ActionClient(ros.node, Lift, '/lift')") == ""
     monkeypatch.setitem(main, "ros", None)
-    assert "The name `ros` stands for something else" in hint(error, "", "ActionClient(ros.node, Lift, '/lift')")
+    assert "A cell has assigned another value to `ros`" in hint(error, "", "ActionClient(ros.node, Lift, '/lift')")
     assert hint(error, "", "self.node") == ""
 
 
@@ -1654,7 +1654,7 @@ def test_a_helper_that_gives_a_callback_no_response_is_named_with_its_line(tmp_p
     in_a_cell = failure_report.of_exception("a", TypeError(), [], cell=text)
     assert [frame.line for frame in (*report.frames, *in_a_cell.frames)] == [12, 12] * told
     assert report.hint == in_a_cell.hint
-    assert ("'ask' returns what `say` gives it, and that is nothing: end `say`" in report.hint) == told
+    assert ("'ask' returns what `say` returns, which is nothing: end `say`" in report.hint) == told
 
 
 ASKS = "node.create_client(Trigger, 'ask')\nrclpy.spin_until_future_complete(node, future)\n"
@@ -1676,9 +1676,9 @@ def test_a_client_that_has_ended_is_not_taken_for_a_server(tmp_path, more, said,
 @pytest.mark.parametrize(
     ("last", "says"),
     [
-        ("", "main() has ended while a thread of it still spun the node."),
-        ("rclpy.spin(node)", "A thread of it, such as one that spins, still ran"),
-        ("thread.join()", "A thread of it, such as one that spins, still ran"),
+        ("", "main() ended while one of its threads still spun the node."),
+        ("rclpy.spin(node)", "One of its threads, such as one that spins, still ran"),
+        ("thread.join()", "One of its threads, such as one that spins, still ran"),
     ],
 )
 def test_a_server_whose_main_part_ends_before_its_thread_is_told_to_spin_itself(last, says):

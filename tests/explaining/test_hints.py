@@ -154,7 +154,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "TypeError: tuple indices must be integers or slices, not str",
             CALLED,
             "return seen['front']",
-            "`seen` is a tuple here, and no dict: its caller passes one. A dict has its keys in braces",
+            "`seen` is a tuple, not a dict: its caller passes one. A dict has its keys in braces",
         ),
         (
             "TypeError: Doubler.__init__() got an unexpected keyword argument 'threads'",
@@ -167,7 +167,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "NameError: name 'elbow' is not defined",
             "",
             "self.declare_parameter('joint_name', elbow, ParameterDescriptor(read_only=True))",
-            "A text stands in quotation marks: `'elbow'`.",
+            "Text is written in quotation marks: `'elbow'`.",
         ),
         ("NameError: name 'elbow' is not defined", "", "self.declare_parameter('kp', elbow)", ""),
         ("TypeError", YIELDS, "", "which runs nothing and returns no response: write `await`, and `async def`."),
@@ -205,7 +205,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "TypeError: Motors.state() missing 1 required positional argument: 'self'",
             "@classmethod\ndef status(self, request, response):\n    self.state()\n",
             "self.state()",
-            "`@classmethod` in line 1 takes the node away from 'status', so that what it calls has no `self`",
+            "`@classmethod` in line 1 passes the class instead of the node to 'status', so what it calls has no `self`",
         ),
         (
             "TypeError: Can't subtract times with different clock types",
@@ -311,7 +311,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             INVALID.format("ABORTED", "ABORT"),
             TAKES_OVER.replace("    if self", "    while self"),
             "goal_handle.abort()",
-            "is False, leave the loop and return the result, without another end.",
+            "is False, leave the loop and return the result, without ending the goal again.",
         ),
         (
             INVALID.format("SUCCEEDED", "ABORT"),
@@ -346,13 +346,13 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "ModuleNotFoundError: No module named 'rospy'",
             "import rospy",
             "import rospy",
-            "`rospy` is a library of ROS 1",
+            "`rospy` is a library from ROS 1",
         ),
         (
             "NameError: name 'rospy' is not defined. Did you mean: 'rclpy'?",
             "",
             "ki = rospy.get_param('ki')",
-            "`rospy.get_param` is of ROS 1. In ROS 2: `self.declare_parameter('name', default)`",
+            "`rospy.get_param` is from ROS 1. In ROS 2: `self.declare_parameter('name', default)`",
         ),
         (
             "AttributeError: 'NoneType' object has no attribute 'accepted'",
@@ -376,7 +376,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "RCLError: Couldn't parse parameter override rule: '-p kp:='. Error: error not set",
             "",
             "rclpy.init(args=args)",
-            "The value follows `:=` without a blank: `-p kp:=2.0`",
+            "Write the value after `:=`, without a space: `-p kp:=2.0`",
         ),
         (
             "RCLError: Couldn't parse params file: '--params-file pids.yaml'. Error: Error opening YAML file, at p.c",
@@ -504,7 +504,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "AttributeError: 'ClientGoalHandle' object has no attribute 'result'",
             "print(ros.wait(future).result.sequence)",
             "",
-            "its end, and is asked for apart: `ros.wait(goal_handle.get_result_async()).result`.",
+            "the goal's end, and is requested separately: `ros.wait(goal_handle.get_result_async()).result`.",
         ),
         (
             "AttributeError: 'ClientGoalHandle' object has no attribute 'sequence'",
@@ -516,7 +516,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "AttributeError: 'ClientGoalHandle' object has no attribute 'results'",
             "",
             "",
-            "and is asked for apart: `future = ",
+            "and is requested separately: `future = ",
         ),
         ("AttributeError: type object 'GoalStatus' has no attribute 'SUCCEEDED'", "", "", "`STATUS_SUCCEEDED`?"),
         (AMBIGUOUS, "", "near = ranges[usable and low <= a]", "Arrays are combined with `&` and `|`"),
@@ -558,7 +558,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "cmd.linear.x, cmd.angular.z = action",
             "`action` is a dict: write one of its values, `action['linear']` or `action['angular']`.$",
         ),
-        (f"{OVERRIDES} '-p max_speed'. Error: E", "", "", "without a blank: `-p max_speed:=2.0`, for example."),
+        (f"{OVERRIDES} '-p max_speed'. Error: E", "", "", "without a space: `-p max_speed:=2.0`, for example."),
         (f"{OVERRIDES} '-p max_speed=2.0'. Error: E", "", "", "A parameter is set with `:=`: `-p max_speed:=2.0`"),
     ],
 )
@@ -571,8 +571,8 @@ def test_what_is_used_in_another_place_is_told_only_where_it_is_certain(error, t
 @pytest.mark.parametrize(
     ("line", "says"),
     [
-        ("rosservice call /add 1 2", "`rosservice` is of ROS 1. In ROS 2: `ros2 service call /add 1 2`."),
-        ("roscore", "`roscore` is of ROS 1. ROS 2 needs nothing in its place: nodes find each other."),
+        ("rosservice call /add 1 2", "`rosservice` is from ROS 1. In ROS 2: `ros2 service call /add 1 2`."),
+        ("roscore", "`roscore` is from ROS 1. ROS 2 needs nothing in its place: nodes find each other."),
         ("ros2 service list", ""),
         ("", ""),
     ],

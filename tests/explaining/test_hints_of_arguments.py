@@ -48,7 +48,7 @@ KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argumen
         (A_DICT, LOOKS.replace("(msg)\n", "(msg)\n        self.look = {}\n"), "self.seen = self.look(msg)",
          "`self.look` is a dict here, not a function: leave out the brackets after it."),
         (LOG, "", "self.get_logger().info(request.data)",
-         "A logger takes a text, and `request.data` is something else: write `info(str(request.data))`."),
+         "A logger takes a text, but `request.data` is not one: write `info(str(request.data))`."),
         (LOG, "", "self.log(request.data)", ""),
         (NO_LIST, CHECKS, 'low = parameters["low"]',
          "`parameters` is a list of Parameters, each with `.name` and `.value`. A dict of them is `{each.name: each"),

@@ -74,7 +74,7 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "TypeError: <lambda>() takes 0 positional arguments but 1 was given",
             "",
             "",
-            "called with 1 value, and names none: write a name before its colon, as in `lambda goal_handle: ...`.",
+            "called with 1 argument but takes none: write a name before its colon, as in `lambda goal_handle: ...`.",
         ),
         (
             "TypeError: <lambda>() missing 1 required positional argument: 'event'",
@@ -165,7 +165,7 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
         ("AttributeError: 'Time' object has no attribute 'to_sec'", "msg.header.stamp.to_sec()", "", ""),
         ("AttributeError: 'Time' object has no attribute 'nanoseconds'", "", "", "message, not a Time of rclpy. Make"),
         ("AttributeError: 'Duration' object has no attribute 'speed'", "", "", ""),
-        (NOT_A_METHOD, SCAN, "", "(line 1), and no method: call it without `self.`, `nearest(...)`."),
+        (NOT_A_METHOD, SCAN, "", "(line 1), not a method: call it without `self.`, `nearest(...)`."),
         (NOT_A_METHOD, SCAN.replace("self.nearest", "self.agent.nearest"), "", ""),
         (
             "AttributeError: 'Time' object has no attribute 'handle'",
@@ -185,10 +185,10 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             DESTROYED,
             CLIENT.format("client"),
             "self.client.call_async()",
-            "as `node.destroy_node()` in line 8 does: call",
+            "`node.destroy_node()` in line 8 has already destroyed",
         ),
         (DESTROYED, "", "", ""),
-        (DESTROYED, DESTROYS, "self.client.call_async()", "as `self.destroy_client(self.client)` in line 1 does: call"),
+        (DESTROYED, DESTROYS, "self.client.call_async()", "`self.destroy_client(self.client)` in line 1 has already"),
         (DESTROYED, DESTROYS, "self.timer.reset()", ""),
         (
             "TypeError: <lambda>() missing 1 required positional argument: 'event'",

@@ -61,7 +61,7 @@ LOOKS = """class Relay(Node):
 @pytest.mark.parametrize(
     ("function", "limit", "body", "line", "says"),
     [
-        ("relay", "timeout_sec=1.0", "self.get_logger().info('wait')", 3, "nobody is answered meanwhile. Check "),
+        ("relay", "timeout_sec=1.0", "self.get_logger().info('wait')", 3, "meanwhile the node answers no request. "),
         ("__init__", "1.0", "pass", 3, "it keeps the node from being spun meanwhile. Leave it out of the constr"),
         ("ask", "1.0", "pass", 3, "look once, with a limit, or count the rounds and give up."),
         ("relay", "1.0", "self.rounds += 1", 3, ""),
@@ -166,7 +166,7 @@ def test_a_lock_that_a_way_through_the_function_keeps_is_told_where_another_call
         "    self.cabin.release()\n    return Lift.Result()\nMultiThreadedExecutor(4).spin()\n"
     )
     said = remark([Frame("lift_server.py", 3, "execute", "self.cabin.acquire()")], source)
-    assert [each.startswith("`self.cabin.acquire()` takes the lock, and the way thr") for each in said] == [True] * told
+    assert [each.startswith("`self.cabin.acquire()` takes the lock, but the path t") for each in said] == [True] * told
 
 
 FLAG = """class Lift(Node):

@@ -55,7 +55,7 @@ def test_a_tab_is_named_with_its_line(tmp_path):
     path = tmp_path / "robot.yaml"
     path.write_text("a:\n  b: 'x\ty'\n \t c: 1\n")
     assert with_tabs(["--params-file", str(path)]) == [
-        f"{path}, line 3, begins with a tab: a parameter file is indented with blanks only."
+        f"{path}, line 3, begins with a tab: a parameter file is indented with spaces only."
     ]
     path.write_text("a:\n  b: 'x\ty'\n")
     assert with_tabs(["--params-file", str(path)]) == []
@@ -86,7 +86,7 @@ OPTION = "rclpy._rclpy_pybind11.UnknownROSArgsError: [{}]"
 @pytest.mark.parametrize(
     ("error", "says"),
     [
-        (RULE.format("-p max_speed:"), "with `:=` and without a blank: `-p max_speed:=2.0`, for example."),
+        (RULE.format("-p max_speed:"), "after `:=`, without a space: `-p max_speed:=2.0`, for example."),
         (RULE.format("-p max-speed:=1.2"), "The name of a parameter has no `-`. Did you mean `-p max_speed:=1.2`?"),
         (OPTION.format("'--params', 'robot.yaml'"), "ROS 2 has no option `--params`. Did you mean `--params-file`?"),
         (OPTION.format("'--remaps', 'a:=b'"), "ROS 2 has no option `--remaps`. Did you mean `--remap`?"),

@@ -98,14 +98,14 @@ def test_a_callback_in_the_place_of_an_attribute_is_not_to_be_called():
         ("bad = [each for each in params if each.name == 'speed']", ""),
         ("for each in params: each.name == 'threshold' or print(each)", ""),
         ("if self.free == 'a' or 'b': pass",
-         "line 13: `'b'` stands alone here, which is always true. Write `self.free == 'a' or self.free == 'b'`."),
+         "line 13: `'b'` is always true on its own. Write `self.free == 'a' or self.free == 'b'`."),
         ("while not ('a' or 2 in params): pass",
-         "line 13: `'a'` stands alone here, which is always true. Write `'a' in params or 2 in params`."),
+         "line 13: `'a'` is always true on its own. Write `'a' in params or 2 in params`."),
         ("if params and (self.free != 1 or 2): pass",
-         "line 13: `2` stands alone here, which is always true. Write `self.free != 1 and self.free != 2`."),
+         "line 13: `2` is always true on its own. Write `self.free != 1 and self.free != 2`."),
         ("self.free = self.free == 1 or 'b'", ""),
         ("if self.free or 'b': pass",
-         "line 13: `'b'` stands alone here, which is always true. Compare something with it, or leave it out."),
+         "line 13: `'b'` is always true on its own. Compare something with it, or leave it out."),
         ("while self.free == 1 or True: pass", ""),
         ("if self.free == 1 and 'b': pass", ""),
         ("self.free = 1 if params and (each > 0 for each in params) else 0",
@@ -459,7 +459,7 @@ RESULT = "return SetParametersResult(successful=True)"
           "`self.status`?")),
         ("enable", "status", "line 7: /motors/enable is served by `self.status`, and nothing uses the method `enable`"),
         ("check", "SetParametersResult(successful=False)\n        " + RESULT,
-         ("line 24: `SetParametersResult(...)` alone refuses and accepts nothing: write `return "
+         ("line 24: `SetParametersResult(...)` alone neither refuses nor accepts anything: write `return "
           "SetParametersResult(...)`.")),
         ("register", ALL.partition("; ")[0],
          ("line 26: 'changed' looks at the parameters that it is given, and nothing calls or registers it: write "
@@ -680,7 +680,7 @@ LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n      
         ("callback", "self.last = msg.data\n        msg = self.other\n        slope = msg.data - self.last", ""),
         ("callback", "self.last = msg.data\n        if msg: self.last = 1\n        slope = msg.data - self.last", ""),
         ("callback", "effort = min(self.output_min, msg.data)",
-         "line 7: `min(self.output_min, msg.data)` is never above the lower limit. The smallest that an effort may be"),
+         "line 7: `min(self.output_min, msg.data)` is never above the lower limit. `max(output_min, ...)` keeps an"),
         ("callback", "effort = min(max(0, msg.data), self.output_min)", "is never above the lower"),
         ("callback", "effort = max(self.output_min, min(self.output_max, msg.data))", ""),
         ("callback", "if min(self.output_min, self.output_max) < 0: pass", ""),
@@ -710,15 +710,15 @@ LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n      
         ("state", "return f'Motors {self.state}'", "line 11: `{self.state}` shows the method itself. Call it: `{self"),
         ("state", "return f'Motors {self.state()} {self.stopped}'", ""),
         ("state", "if word.lower == 'add': pass",
-         "line 11: `word.lower` is the method itself, which is equal to no text. Call it: `word.lower()`."),
+         "line 11: `word.lower` is the method itself, which is never equal to a text. Call it: `word.lower()`."),
         ("state", "if word.lower() == 'add' or self.lower == 1: pass", ""),
         ("state", "if self.lower == 'add': self.lower = ''", ""),
         ("state", "if end.status == 'SUCCEEDED': pass",
          "compares a number with a text. Write `end.status == GoalStatus.STATUS_SUCCEEDED` (from action_msgs.msg)."),
         ("state", "if WORDS[end.status] == 'SUCCEEDED' or self.status == 'stopped': pass", ""),
         ("state", "if word == 'add': pass\n        elif 'multiply': pass",
-         "line 12: `'multiply'` alone is always true. Write `word == 'multiply'`."),
-        ("state", "if 'multiply': pass", "line 11: `'multiply'` alone is always true. Compare something with it."),
+         "line 12: `'multiply'` is always true on its own. Write `word == 'multiply'`."),
+        ("state", "if 'multiply': pass", "line 11: `'multiply'` is always true on its own. Compare something with it."),
         ("ask", f"{NEW}a = request.a", "line 14: `a = request.a` reads a field of the new `request`. To set it, write"),
         ("ask", f"{NEW}request.a = a\n        a = request.a", ""),
         ("ask", "request = Add.Request(a=a)\n        a = request.a", ""),
@@ -806,7 +806,7 @@ def test_a_check_that_nothing_registers_is_told_in_a_cell_that_starts_its_class(
     ],
 )
 def test_a_loop_that_returns_in_its_first_round_is_told(body, told):
-    says = "note: line 2: each way through this loop ends with a `return`, so only the first of `floors` is looked at."
+    says = "note: line 2: each path through this loop ends with a `return`, so only the first of `floors` is looked at."
     found = slips(f"def fits(floors, top):\n    for each in floors:\n        {body}\n    return True\n")
     assert len(found) == told and all(each.startswith(says) for each in found), found
     assert slips(f"def fits(top):\n    for each in range(top):\n        {body}\n    return True\n") == []
@@ -913,11 +913,11 @@ SETTER = (
     ("again", "more", "says"),
     [
         (SERVED.format("'motors/enable'"), "", "line 5: motors/enable is served twice by this node: each request is"),
-        (2 * LIFT, "", "line 6: lift has two action servers in this node: each goal comes to one of the two, here and"),
+        (2 * LIFT, "", "line 6: lift has two action servers in this node: each goal reaches only one of them"),
         (
             2 * HEARD.format("stop"),
             "",
-            "line 6: error is subscribed to twice by this node: each message is taken twice",
+            "line 6: error is subscribed to twice by this node: each message is received twice",
         ),
         (
             "",

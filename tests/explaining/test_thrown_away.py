@@ -64,7 +64,7 @@ def test_a_value_that_nothing_uses_is_told(line, value, how):
     ],
 )
 def test_a_line_without_an_equals_sign_or_brackets_is_told(line, told):
-    own = "this line is a statement of its own. To go on with the line above, put the whole into brackets."
+    own = "this line is a statement of its own. To continue the line above, put the whole expression in brackets."
     assert slips(CLASS.format(line=line, last="pass")) == [f"note: line 9: {told or own}"]
 
 

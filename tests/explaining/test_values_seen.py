@@ -32,8 +32,8 @@ FIELD = next(iter(Fibonacci.Feedback.get_fields_and_field_types()))
 def test_an_array_is_compared_with_a_list_of_the_same_numbers(line, what):
     (told,) = misread(f"x = 1\n{line}\n", NAMES)
     assert told == (
-        f"note: line 2: `{what}` has the same numbers, but it is an array, and no array is equal to a list: write "
-        f"`list({what})`."
+        f"note: line 2: `{what}` has the same numbers, but it is an array, and an array is never equal to a list: "
+        f"write `list({what})`."
     )
 
 
@@ -59,7 +59,7 @@ def test_what_may_be_right_is_left_alone(line):
 
 def test_messages_are_compared_with_lists():
     (told,) = misread("goal.feedback == [[0], [0, 1]]", {"goal": Goal()})
-    assert told.startswith("note: line 1: `goal.feedback` is a list of messages, and a message is equal to no list")
+    assert told.startswith("note: line 1: `goal.feedback` is a list of messages, and a message is never equal to")
     assert told.endswith(f"`[list(each.{FIELD}) for each in goal.feedback]`.")
     assert misread("goal.feedback == []", {"goal": Goal()}) == []
 

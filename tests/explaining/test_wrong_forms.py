@@ -178,7 +178,7 @@ UNNAMED = "NameError: name '{}' is not defined"
             UNNAMED.format("add"),
             "if word == add:\n    pass\nelif word == 'subtract':\n    pass",
             "if word == add:",
-            "A text stands in quotation marks: `'add'`.",
+            "Text is written in quotation marks: `'add'`.",
         ),
         (UNNAMED.format("add"), "if word == add:\n    pass\nelif word == 2:\n    pass", "if word == add:", ""),
         (
@@ -205,19 +205,19 @@ UNNAMED = "NameError: name '{}' is not defined"
             "TypeError: '>=' not supported between instances of 'array.array' and 'float'",
             "",
             "measured = (ranges >= scan.range_min)",
-            "make it one first, `np.array(scan.ranges)`",
+            "convert it first, as in `np.array(scan.ranges)`",
         ),
         (
             "TypeError: only integer scalar arrays can be converted to a scalar index",
             "",
             "scan.ranges[usable]",
-            "Make one of the list in the message",
+            "Make one from the list in the message",
         ),
         (
             "TypeError: unsupported operand type(s) for *: 'float' and 'range'",
             "",
             "a * range(3)",
-            "numbers to compute with are `np.arange(...)`.",
+            "to compute with its numbers, write `np.arange(...)`.",
         ),
         (
             "TypeError: 'Calculate_Response' object does not support item assignment",

@@ -153,7 +153,7 @@ def test_a_text_that_is_too_long_for_a_line_is_cut_and_the_link_goes_on(page, pa
 def test_what_cannot_be_cut_is_refused_with_a_sentence_and_the_link_goes_on(page, panels):
     panels.methods["numbers"] = lambda: 66_000 * [10**300]
     panels.topics["numbers"] = Topic(lambda: Changes(panels.methods["numbers"]), 0.01)
-    said = "There is too much to show: 19 MiB, and 16 MiB is the most. Stop the node that has so much."
+    said = "There is too much to show: 19 MiB of at most 16 MiB. Stop the node that causes it."
     assert page.ask("numbers")["error"] == said
     page.subscribe("numbers")
     assert page.event()["error"] == said

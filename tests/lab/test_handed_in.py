@@ -45,7 +45,7 @@ def test_a_hand_in_under_way_and_one_that_failed_are_told(tmp_path):
     write(tmp_path)
     under_way = handed_in.begin(tmp_path)
     assert handed_in.told(tmp_path, "greeter") == {"text": "A hand-in is under way.", "archive": ""}
-    with pytest.raises(HandInError, match="A hand-in is under way. Wait for its end"):
+    with pytest.raises(HandInError, match="A hand-in is under way. Wait until it has finished"):
         handed_in.begin(tmp_path)  # from another tab of the browser
     with pytest.raises(HandInError, match="under way"):
         handed_in.expect_none(tmp_path)

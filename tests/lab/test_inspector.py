@@ -370,7 +370,7 @@ def test_a_rate_has_bounds_and_ends_with_the_page_and_with_the_next_message(kern
     assert kernel.run("print(stopped)") == "True"
     subscription = page.subscribe("inspector.exchange", number=number)
     state = next(event["data"] for event in iter(page.event, None) if event["id"] == subscription)
-    assert state["about"] == "" and state["note"].startswith("It has ended: another panel or another notebook")
+    assert state["about"] == "" and state["note"].startswith("Publishing stopped, because the Inspector")
 
 
 def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_do_the_same(kernel, page):

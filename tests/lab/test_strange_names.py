@@ -68,7 +68,7 @@ def test_a_node_with_an_invalid_name_ends_nothing(kernel, page, name):
         shown = kernel.run("print(repr(ros.nodes()))")
         assert "/friend" in shown and "Traceback" not in shown
         if name == "no text":
-            assert "(a name that is no text)" in shown
+            assert "(a name that is not text)" in shown
         if name == "markup, with endpoints":
             assert "result" in page.answer(page.begin("subscribe", topic="nodes.node", options={"name": f"/{MARKUP}"}))
         for seconds in (2, 20):  # a busy machine may need longer to find them

@@ -1,7 +1,7 @@
 """docs/when-it-goes-wrong.md and the folder beside it, made from the collection: `python -m tests.mistakes.page`.
 
 The first page lists all mistakes with the words that they show, so one search finds the entry; the entries of each
-section are on a page of their own.
+section are on a page of their own. Both are sorted by title.
 """
 
 from pathlib import Path
@@ -35,11 +35,16 @@ def pages() -> dict[Path, str]:
     folder = Path(CONTENTS).stem
     contents, made = [HEAD], {}
     for exercise, title in TITLES.items():
-        mistakes = [mistake for mistake in known if mistake.exercise == exercise]
+        mistakes = sorted((mistake for mistake in known if mistake.exercise == exercise), key=_by_title)
         contents.append(f"\n## {title}\n\n")
         contents += [_line(mistake, f"{folder}/{exercise}.md") for mistake in mistakes]
         made[Path(folder, f"{exercise}.md")] = SECTION.format(title=title) + "".join(map(_entry, mistakes))
     return {Path(CONTENTS): "".join(contents), **made}
+
+
+def _by_title(mistake: Mistake) -> str:
+    """Return the key by which the mistakes of a section are sorted: the title's words, as a reader looks for them."""
+    return mistake.title.replace("`", "").casefold()
 
 
 def _line(mistake: Mistake, page: str) -> str:

@@ -172,8 +172,8 @@ JUDGED = "assert judged, 'it must'\nadd_server = judged = server = 1"
             ),
         ),
         ("ros.stop(add_server)", 'Hint: The name of a node is a text: write `ros.stop("add_server")`.'),
-        ("ros.start(relay, 1)", 'Hint: `relay.py` is a file, and its name a text: write `ros.start("relay.py")`.'),
-        ("ros.start(late.py)", 'Hint: `late.py` is a file, and its name a text: write `ros.start("late.py")`.'),
+        ("ros.start(relay, 1)", 'Hint: `relay.py` is a file: write its name as text, `ros.start("relay.py")`.'),
+        ("ros.start(late.py)", 'Hint: `late.py` is a file: write its name as text, `ros.start("late.py")`.'),
         ("print(server)", ""),
         (
             "print(own)",

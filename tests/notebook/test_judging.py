@@ -519,7 +519,7 @@ def test_a_file_that_is_missing_because_the_kernel_is_elsewhere(folder, session,
 
 def test_a_client_that_asks_for_another_name_is_told_before_it_runs(folder):
     (folder / "client.py").write_text("import rclpy\n\nclient = node.create_client(Ask, '/asks')\n")
-    told = r"  client\.py, line 3\n    client = .*\nThe name must be /ask, and here it is /asks\."
+    told = r"  client\.py, line 3\n    client = .*\nThe name must be /ask, but here it is /asks\."
     with pytest.raises(ExerciseError, match=told):
         judging.meant("client.py", "create_client", "/ask")
     judging.meant("client.py", "create_client", "/asks")

@@ -180,5 +180,5 @@ def test_a_test_that_pytest_does_not_run_is_told(file, capsys, named, told):
     text = f"def test_it(): refuses()\ndef {named}():\n    {'pass' if named == 'helper' else 'assert 1'}\n"
     with pytest.raises(ExerciseError):  # the tests do not import the file
         try_tests(file, text)
-    says = f"name begins with test_; nothing calls '{named}', so it is no test."
+    says = f"name begins with test_; '{named}' is not called, so it is not a test."
     assert (says in capsys.readouterr().err) == told

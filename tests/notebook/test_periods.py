@@ -77,4 +77,4 @@ def test_the_number_to_which_a_step_may_be_limited(program, text, limit):
     program.write_text(text)
     found, why = step_limit("node.py")
     assert found == limit
-    assert why.endswith("The step has no limit: it is the whole time since the message before.") == (limit > 0.0)
+    assert why.endswith("The step has no limit: it is the whole time since the previous message.") == (limit > 0.0)

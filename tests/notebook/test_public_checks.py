@@ -909,7 +909,7 @@ SENTENCES = [
         "calculator_client.py",
         "rclpy.spin_until_future_complete(self, future, timeout_sec=timeout_sec)",
         "rclpy.spin_until_future_complete(self, future, timeout_sec=0.5)",
-        "calculator_client.py must wait for an answer for 1 s at least, and it ended 0.",
+        "calculator_client.py must wait for an answer for 1 s at least, but it ended 0.",
     ),
     each_night(
         "ai_integration",
@@ -975,7 +975,7 @@ SENTENCES = [
         "wall_follower.py",
         "np.array(scan.ranges, dtype=float)",
         "np.array(scan.ranges[::-1], dtype=float)",
-        "`ranges = np.array(scan.ranges[::-1], dtype=float)`, turns the order of the beams round: the first one is at ",
+        "`ranges = np.array(scan.ranges[::-1], dtype=float)`, reverses the order of the beams: the first one is at ",
     ),
     each_night(
         "ai_integration",
@@ -1049,7 +1049,7 @@ SENTENCES = [
         "lift_client.py",
         "return 'NO SERVER for /lift'",
         "raise RuntimeError('there is no server')",
-        "must say so, and it ends with an exception instead:\nlift_client.py ended with exit status 1: RuntimeError",
+        "must say so, but it ends with an exception:\nlift_client.py ended with exit status 1: RuntimeError",
     ),
     each_night(
         "actions",
@@ -1449,7 +1449,7 @@ SENTENCES = [
         "calculator_client.py",
         "print('No answer from /calculator: is calculator_server.py running?')",
         "print(USAGE)",
-        "must say so, and it prints what it prints with one argument alone:\nUsage: python3 calculator_client.py A B",
+        "must say so, but it prints the same as with only one argument:\nUsage: python3 calculator_client.py A B",
     ),
     each_night(
         "calculator",
@@ -2251,9 +2251,7 @@ def test_a_check_counts_the_threads_that_six_callers_block(empty):
     said = Page("services").judge(files, "relay")["relay"]
     assert said.startswith("six callers at once, with /add_two_ints: 0 of them had an answer within 5 s\n"), said
     assert "\n    answer = self.client.call(" in said
-    assert (
-        "\nThis has 4 threads. A callback that blocks while it waits keeps one of them, and 6 callers at once " in said
-    )
+    assert "\nThis has 4 threads. A callback that blocks while it waits occupies one of them, so 6 callers at" in said
 
 
 @pytest.mark.parametrize(

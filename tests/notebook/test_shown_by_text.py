@@ -165,7 +165,7 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          lambda file: never_reads(file, "success"), "Nothing in calculator_client.py reads `success` of the response"),
         ("calculator", "calculator_client.py", {}, lambda file: never_reads(file, "success"), ""),
         ("ai_integration", "wall_follower.py", {"Duration(seconds=0.5)": "Duration(seconds=500)"}, unseen_scans,
-         "\nThese are 500 s: half a second is 0.5."),
+         "\nThis is 500 s: half a second is 0.5."),
         ("ai_integration", "wall_follower.py", {"scan.angle_min + scan.angle_increment * np.arange(len(ranges))":
          "np.linspace(scan.angle_min, scan.angle_max, len(ranges))"}, sees_nothing,
          "Do not rely on `angle_max`, which a scanner may leave at 0"),
@@ -182,9 +182,9 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "`self.scan_time` is None here, and nothing in wall_follower.py sets it to anything else."),
         ("ai_integration", "wall_follower.py", {"        self.distances = nearest(msg)\n": "",
          "        self.scan_time = self.get_clock().now()\n": "        return nearest(msg)\n"}, sees_nothing,
-         "'laser_callback' is called with each scan, and nothing gets what it returns"),
+         "'laser_callback' is called with each scan, and what it returns is lost: a callback"),
         ("ai_integration", "wall_follower.py", {"'scan', self.laser_callback,": "'scan', nearest,"}, sees_nothing,
-         "'nearest' is called with each scan, and nothing gets what it returns"),
+         "'nearest' is called with each scan, and what it returns is lost: a callback"),
         ("ai_integration", "wall_follower.py", {"<= FRESH": "> FRESH"}, sees_nothing,
          "\nThis is true for a scan that is older than FRESH, and so may not be used."),
         ("ai_integration", "wall_follower.py", {"        self.scan_time = self.get_clock().now()\n":
@@ -232,8 +232,8 @@ EARLY = "response.message = f'Motors {self.state()}'"
     ("body", "says"),
     [
         (f"{EARLY}\n        self.stopped = request.data",
-         f"line 8\n    {EARLY}\nThis reads `self.stopped`, and line 9 changes it only then. Build the answer last."),
-        (f"{EARLY}\n        if request.data:\n            self.stopped = True", "and line 10 changes it only then."),
+         f"line 8\n    {EARLY}\nThis reads `self.stopped` before line 9 changes it. Build the answer last."),
+        (f"{EARLY}\n        if request.data:\n            self.stopped = True", "before line 10 changes it."),
         (f"{EARLY}\n        self.stopped = request.data\n        {EARLY}", ""),
         (f"self.stopped = request.data\n        {EARLY}", ""),
         (f"{EARLY}\n        self.count = 1", ""),
@@ -282,7 +282,7 @@ def test_a_parameter_that_is_read_once_is_told(tmp_path, monkeypatch, asks, told
     [
         (
             "self.integral = 0.0",
-            "line 5\n    self.integral = 0.0\nThis changes `self.integral` while a set is only being ",
+            "line 5\n    self.integral = 0.0\nThis changes `self.integral` while a change is only being ",
         ),
         ("self.set_parameters(params)", "line 5\n    self.set_parameters(params)\nThis sets a parameter while another"),
         ("integral = self.integral", ""),

@@ -239,7 +239,7 @@ def test_a_parameter_file_with_a_colon_alone_has_a_hint(tmp_path):
     (tmp_path / "robot.yaml").write_text("/**:\n  ros__parameters:\n    max_speed:0.8\n")
     command = "ros2 run course parameter_node --ros-args --params-file robot.yaml"
     ((_, output, _),) = terminal(command, until="Max speed:").runs
-    assert "with a blank after the colon" in output
+    assert "with a space after the colon" in output
 
 
 def test_a_parameter_file_for_another_node_is_told(tmp_path):
@@ -267,7 +267,7 @@ def test_a_line_that_never_comes_is_told(tmp_path):
     (tmp_path / "client.py").write_text("import time\nprint('Max speed: 2.0', flush=True)\ntime.sleep(60)\n")
     ((_, output, status),) = terminal("python3 client.py", timeout=1.0, until="Max speed: 2.00").runs
     assert status == 124
-    assert output.endswith("(stopped after 1 s: no line had 'Max speed: 2.00' in it)")
+    assert output.endswith("(stopped after 1 s: no line contained 'Max speed: 2.00')")
 
 
 def test_a_line_that_has_not_come_is_told_long_before_the_limit(tmp_path, monkeypatch, capsys):
@@ -295,9 +295,9 @@ def test_a_program_that_ends_without_the_line_is_told(tmp_path):
     (tmp_path / "client.py").write_text("print('Max speed: 2.0')\n")
     (tmp_path / "other.py").write_text("print('Max speed: 2.00')\n")
     ((_, output, status),) = terminal("python3 client.py", until="Max speed: 2.00").runs
-    assert (output, status) == ("Max speed: 2.0\n(it has ended, and no line had 'Max speed: 2.00' in it)\n", 0)
+    assert (output, status) == ("Max speed: 2.0\n(it has ended; no line contained 'Max speed: 2.00')\n", 0)
     shown = repr(terminal("python3 client.py", "python3 other.py", until="Max speed: 2.00"))
-    assert "no line had" not in shown  # one is waited for until the other has ended
+    assert "no line contained" not in shown  # one is waited for until the other has ended
 
 
 @pytest.mark.parametrize("end", ["chr(10)", "''"])
@@ -305,7 +305,7 @@ def test_a_program_that_prints_without_the_line_is_stopped_and_shown_in_part(tmp
     (tmp_path / "client.py").write_text(f"while True: print('sum', end={end})\n")
     ((_, output, status),) = terminal("python3 client.py", until="Max speed").runs
     assert status == 124
-    assert "of which only the first are shown; no line had 'Max speed' in it)" in output and len(output) < 3000
+    assert "of which only the first are shown; no line contained 'Max speed')" in output and len(output) < 3000
 
 
 def test_a_command_that_waits_for_a_name_that_nobody_serves_is_not_waited_for(tmp_path, monkeypatch):
@@ -397,4 +397,4 @@ def test_a_thread_that_still_runs_at_the_end_of_a_program_is_named(tmp_path, mon
     (tmp_path / "client.py").write_text(program.format("terminate called without an active exception\\n"))
     ((_, output, status),) = terminal("python3 client.py").runs
     assert status == -6
-    assert "\nHint: A thread of it, such as one that spins, still ran when the program ended. " in output
+    assert "\nHint: One of its threads, such as one that spins, still ran when the program ended. " in output

@@ -73,7 +73,7 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.until(lambda: Future().done), "call it, `done()`"),
         (
             lambda ros: ros.start(Adder, parameters={"ros__parameters": {"a": 2.0, "b": {"c": 1}}}),
-            "without further dicts: write parameters={'a': 2.0, 'b.c': 1}",
+            "must not contain nested dicts: write parameters={'a': 2.0, 'b.c': 1}",
         ),
         (
             lambda ros: ros.start("a.py", parameters={"adder": {"ros__parameters": {"a": 2.0}}}),
@@ -86,7 +86,7 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.start("relay.py", a=40), "ros.start('relay.py', parameters={'a': 40})"),
         (
             lambda ros: ros.call("/add/set_parameters", SetParameters, parameters=[Parameter("a", value=1.0)]),
-            "write `.to_parameter_msg()` behind it",
+            "write `.to_parameter_msg()` after it",
         ),
         (
             lambda ros: ros.call("/add/set_parameters", SetParameters, parameters=Parameter("a", value=1.0)),
@@ -166,7 +166,7 @@ def test_a_file_of_another_folder_is_named_where_it_is(session, tmp_path, monkey
     (tmp_path / "relay.py").write_text("")
     with pytest.raises(LiveError, match=r"there is no file files/relay.py: write ros.start\('relay.py'\)"):
         session.start("files/relay.py")
-    with pytest.raises(LiveError, match=r"has started nothing called relay.py"):
+    with pytest.raises(LiveError, match=r"has no node or file called relay.py"):
         session.restart("relay.py")
 
 
@@ -197,7 +197,7 @@ def test_a_program_that_was_edited_since_its_start_is_told_at_the_next_call(sess
     path.write_text(PROGRAM.replace("WORD", "new"))
     assert session.call("tell", Trigger).message == "old"
     (notice,) = session.watch.notices()
-    assert "teller.py was changed since it was started" in notice and "ros.restart('teller.py')" in notice
+    assert "still runs the old version of teller.py: start it" in notice and "ros.restart('teller.py')" in notice
     session.restart("teller.py")
     assert session.call("tell", Trigger).message == "new" and session.watch.notices() == []
 

@@ -496,7 +496,7 @@ def test_a_text_that_no_line_has_and_a_node_that_is_not_there_are_told(session, 
     began = time.monotonic()
     assert session.logs("Adder", until="sum 3", timeout=20.0) == []
     assert time.monotonic() - began < 10.0
-    assert session.watch.notices() == ["This session has started nothing called 'Adder'. It has: adder."]
+    assert session.watch.notices() == ["This session has no node or file called 'Adder'. It has: adder."]
 
 
 def test_a_log_without_a_line_names_a_timer_whose_period_may_be_in_milliseconds(session, capsys):
@@ -670,10 +670,10 @@ def test_who_asks_again_gets_the_same_session_or_a_new_one_when_it_has_ended():
 
 def test_a_name_that_nothing_has_is_told(session):
     session.stop("nothing")
-    assert session.watch.notices() == ["This session has started nothing called 'nothing'."]
+    assert session.watch.notices() == ["This session has no node or file called 'nothing'."]
     session.start(Adder)
     assert session.logs("nothing") == []
-    assert session.watch.notices() == ["This session has started nothing called 'nothing'. It has: adder."]
+    assert session.watch.notices() == ["This session has no node or file called 'nothing'. It has: adder."]
     session.stop("adder")
     session.stop("adder")
     assert session.logs("adder") == [] and session.watch.notices() == []

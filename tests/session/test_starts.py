@@ -132,7 +132,7 @@ def test_a_recorder_of_parameters_that_a_restart_leaves_behind(session):
     ParameterRecorder(session.start(Motor, "left").node)
     session.restart("motor")
     (told,) = session.watch.notices()
-    assert told.startswith("A ParameterRecorder of 'motor' belongs to the node before the restart")
+    assert told.startswith("A ParameterRecorder of 'motor' records the node before the restart, not the new one")
     assert not handle.alive
 
 

@@ -22,7 +22,7 @@ def tell() -> None:
 class Arrival:
     """Looks whether a node publishes a scan, which is what the robot view shows; tells it once in a kernel's life.
 
-    A world that is started again is no news: a student who has closed the view does not want it.
+    A world that is started again is not reported: a student who has closed the view does not want it.
     """
 
     def __init__(self, tell: Callable[[], None] = tell):

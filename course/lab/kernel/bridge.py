@@ -170,8 +170,8 @@ def fitting(message: dict[str, Any]) -> bytes:
         if len(line) <= protocol.LINE:
             return line
     raise LiveError(
-        f"There is too much to show: {len(line) >> 20} MiB, and {protocol.LINE >> 20} MiB is the most. "
-        "Stop the node that has so much."
+        f"There is too much to show: {len(line) >> 20} MiB of at most {protocol.LINE >> 20} MiB. Stop the node that "
+        "causes it."
     )
 
 

@@ -34,10 +34,7 @@ NOTED = 0.5  # s between two notes on the number of messages
 LOOK = 0.25  # s between two checks that an action server is still there
 RAISED = 0.5  # s in which it becomes known that the callback of an aborted goal has raised an exception
 GONE = 2.0  # s that it may be missing from the graph
-UNWATCHED = (
-    "It has ended: another panel or another notebook came to the front, or the page was closed, and it goes on only "
-    "while the Inspector is open. To go on, publish again."
-)
+UNWATCHED = "Publishing stopped, because the Inspector of this notebook was no longer shown. Publish again to continue."
 REFUSED = "The server refused the cancel: give its ActionServer a `cancel_callback` that returns CancelResponse.ACCEPT."
 CANCEL = 3.0  # s until the reader is told why a server may not answer a cancel request
 
@@ -89,7 +86,7 @@ def publish(
     A repeated publication ends when it is stopped, no Inspector shows it any more, another message is published on the
     topic from here, or the session ends.
     """
-    about = "It goes on while the Inspector is open. To change it, publish again." if rate else ""
+    about = "Publishing continues while the Inspector is open. To change it, publish again." if rate else ""
     exchange = keep(Exchange("topic", name, interface.name, about=about, line=line))
     stop = Stop()
     if name in _repeating:

@@ -62,7 +62,7 @@ def expect_none(folder: Path) -> None:
     """Raise HandInError while a hand-in from this folder is under way, as from another tab of the browser."""
     known = _latest.get(folder.resolve())
     if known and known.over is None:
-        raise HandInError(f"{known.progress} Wait for its end: the Exercise panel says when, and what was handed in.")
+        raise HandInError(f"{known.progress} Wait until it has finished: the Exercise panel shows the result.")
 
 
 def begin(folder: Path) -> HandingIn:

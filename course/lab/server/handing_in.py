@@ -40,9 +40,7 @@ class HandingIn(Beside):
         body = await self.asked()
         path, name, agreed, seen = body["path"], body.get("name"), body.get("agreed"), body.get("failed")
         if not isinstance(name, str | None) or not isinstance(agreed, dict | None) or not isinstance(seen, dict | None):
-            raise web.HTTPError(
-                400, "a name is a text, what is agreed to are doubts by file, and failed checks by name"
-            )
+            raise web.HTTPError(400, "expected a name, accepted warnings by file, and failed checks by name")
         folder = self.notebook(path).parent
         try:
             handed_in.expect_none(folder)
@@ -97,7 +95,7 @@ class HandingIn(Beside):
                 handing_in.end(failed=str(error))
                 tell({"error": str(error)})
             finally:
-                handing_in.end(failed="the terminal in which Jupyter's server runs says why.")
+                handing_in.end(failed="the terminal in which Jupyter's server runs shows why.")
                 tell(None)
 
         if again:

@@ -20,7 +20,7 @@ HEADER = "Content-Security-Policy"
 
 
 def confine(handler: Any, path: str) -> None:
-    """For a handler of files, once it knows its file: set the policy, but for PDF.
+    """Set the policy of a handler of files that knows its file, except for PDF.
 
     Browsers show PDF in a viewer of their own, or, with a policy, not at all.
     """

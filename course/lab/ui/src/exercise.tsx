@@ -376,14 +376,14 @@ async function reset(panel: NotebookPanel, file: File): Promise<void> {
     if ((await ask(true)).same) {
       await showDialog({
         title: `Nothing to reset in ${file.name}`,
-        body: 'Its cell is as you were given it.',
+        body: 'The cell has its original text.',
         buttons: [Dialog.okButton({ label: 'Close' })]
       });
       return;
     }
     const sure = await showDialog({
       title: `Reset ${file.name}?`,
-      body: 'Its cell becomes what it was when you were given it. What you have written is kept in a file beside it.',
+      body: 'The cell is restored to its original text. What you have written is kept in a file beside the notebook.',
       buttons: [Dialog.cancelButton(), Dialog.warnButton({ label: 'Reset' })],
       defaultButton: 0
     });

@@ -161,7 +161,7 @@ async function deliver(body: object): Promise<{ ask?: Ask; done?: Done }> {
     }
   }
   if (!found) {
-    throw new Error('The server stopped in the middle of it: the terminal in which it runs says why.');
+    throw new Error('The server stopped during the hand-in: the terminal in which it runs shows why.');
   }
   return found;
 }

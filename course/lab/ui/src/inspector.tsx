@@ -33,7 +33,7 @@ const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
 const NOTHING: { [kind in Kind]: string } = {
   service: 'No node offers a service of its own.',
   action: 'No node offers an action.',
-  topic: 'There is no topic. Run a cell that starts a node: the topics on which it publishes or listens are offered here.',
+  topic: 'There is no topic. Run a cell that starts a node: the topics on which it publishes or listens are listed here.',
   parameter: 'No node runs.'
 };
 const PAUSE = 250; // ms without typing until the form is read

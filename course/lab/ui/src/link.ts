@@ -205,7 +205,7 @@ export class Link implements IDisposable {
       } else {
         this._running.clear();
         this._reject(
-          state === 'waiting' ? 'The kernel has ended before it answered.' : 'The connection was lost before the kernel answered. Try again.'
+          state === 'waiting' ? 'The kernel ended before it answered.' : 'The connection was lost before the kernel answered. Try again.'
         );
       }
       this._changed.emit();
