@@ -43,7 +43,7 @@ QUIET = (  # Chromium looks for nothing outside of this machine, and leaves what
 
 
 def chromium_options() -> dict:
-    """How the system's browser is launched; the tests are skipped without one."""
+    """Return the options that launch the system's browser; skip the tests without one."""
     program = next(filter(None, map(shutil.which, BROWSERS)), None)
     if not program:
         pytest.skip("no Chromium is installed")
@@ -76,7 +76,7 @@ def nothing_is_left(tmp_path_factory):
 
 @pytest.fixture(autouse=True)
 def own_environment():
-    """What a test sets for its process, as the search paths of an interface package that it builds, ends with it."""
+    """Undo what a test sets for its process, such as the search paths of an interface package that it builds."""
     variables, path = dict(os.environ), list(sys.path)
     yield
     os.environ.clear()
@@ -86,7 +86,7 @@ def own_environment():
 
 @pytest.fixture(scope="session")
 def confinement() -> str:
-    """How this machine confines programs."""
+    """The way in which this machine confines programs."""
     try:
         return sandbox.choose()
     except SandboxUnavailable as error:

@@ -47,7 +47,7 @@ class Kernel:
         return plain()
 
     def interrupt(self) -> None:
-        """What the button ■ does."""
+        """Interrupt the kernel, as the button ■ does."""
         self.manager.interrupt_kernel()
 
     def stop(self) -> None:

@@ -54,7 +54,7 @@ def test_its_page_is_safe(reports, name):
 
 
 def test_a_former_grading_answers_no_other(grade):
-    """What a submission leaves behind, or tries to, serves no later one: neither in its place nor in the grader's."""
+    """Nothing that a submission leaves behind, in its place or the grader's, helps a later one."""
     assert grade(handed_in(*DAEMONS), seed=1).result().score <= 2
     assert programs_left() == []
     assert grade(handed_in(IDLE_SERVER), seed=1).result().score == 2

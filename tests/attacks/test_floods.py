@@ -138,7 +138,7 @@ def test_others_are_not_disturbed(reports):
 
 
 def test_the_longest_verdicts_are_told_whole():
-    """What a judge may say is bounded; texts of a student's own, in every verdict, must not reach the bound.
+    """A judge's messages are limited in size; a student's texts in every verdict must not reach the limit.
 
     Otherwise the verdicts that come later are missing, as if the grader had failed.
     """

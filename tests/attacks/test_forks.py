@@ -91,7 +91,7 @@ def own_users(monkeypatch):
 
 @pytest.fixture(params=["with the filter", "without the filter"])
 def filtered(request, monkeypatch) -> bool:
-    """Whether this test's programs have the filter of system calls: some machines have none."""
+    """Return True if this test's programs have the filter of system calls: some machines have none."""
     if request.param == "without the filter":
         monkeypatch.setattr(seccomp, "available", lambda: False)
         without = "from autograder.sandbox import forkserver, seccomp; seccomp.available = bool; "
@@ -161,7 +161,7 @@ def test_siblings_that_come_and_go_hold_nobody_up(server, filtered):
 @pytest.mark.parametrize("attack", [HIDDEN, ORPHANS], ids=["siblings", "orphans"])
 @pytest.mark.parametrize(("processes", "memory", "why"), MUCH, ids=["memory", "processes"])
 def test_what_has_another_parent_counts(server, filtered, monkeypatch, attack, processes, memory, why):
-    """Where this machine gives no control group, nothing else bounds what a program's processes take together."""
+    """Without control groups, nothing else limits what a program's processes take together."""
     monkeypatch.setattr(cgroup, "make", lambda: None)
     if filtered and attack is HIDDEN:
         pytest.skip("there are none, see above")
@@ -236,7 +236,7 @@ print(program.stopped, program.output)
 
 @pytest.mark.parametrize(("processes", "memory", "why"), MUCH, ids=["memory", "processes"])
 def test_what_has_another_parent_counts_for_an_ordinary_user_too(processes, memory, why):
-    """Whose programs are no users of their own: their process namespace is measured."""
+    """An ordinary user's programs have no user of their own: their process namespace is measured."""
     text = ORPHANS.format(processes=processes, memory=memory)
     done = subprocess.run(
         [*CONFINEMENTS["user"], sys.executable, "-c", ORDINARY, text], capture_output=True, text=True, timeout=2 * ENDED

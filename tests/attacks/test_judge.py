@@ -71,7 +71,7 @@ RAW = {
 
 
 class Channel:
-    """What a judge that was taken over has: the launcher's socket."""
+    """The launcher's socket, as a judge that was taken over has it."""
 
     def __init__(self, server: LaunchServer, end: socket.socket):
         self.server, self.end = server, end

@@ -107,7 +107,7 @@ def reports(request, grade):
 
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_judged(reports, name):
-    """Whether its judge outlives it is a matter of luck and of Fast DDS's version: it is judged in either case."""
+    """The submission is judged, even if its judge dies, which depends on chance and the version of Fast DDS."""
     report = reports[name].result()
     assert report.status == GRADED
     not_run = [test.id for test in report.tests if test.outcome == NOT_RUN]

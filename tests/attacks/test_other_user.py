@@ -163,7 +163,7 @@ def server(homes):
                 return json.load(answer)["id"]
 
         def connection() -> dict:
-            """Where the kernel listens, once it does: its connection file says so."""
+            """Return the kernel's connection file, once there is one."""
             (file,) = (home / ".local/share/jupyter/runtime").glob("kernel-*.json")
             return json.loads(file.read_text())
 
@@ -186,7 +186,7 @@ def server(homes):
 
 @pytest.fixture(scope="module")
 def overheard(homes, server):
-    """What the student's cells printed, and what the other user has got of it."""
+    """The output of the student's cells, and the part of it that the other user has got."""
     other = as_user(OTHER, homes / str(OTHER), sys.executable, "-c", LISTEN, STUDENT, homes / str(STUDENT))
     lines = [other.stdout.readline()]
     assert lines == ["ready\n"], other.communicate()

@@ -1,4 +1,4 @@
-"""How long `autograder check` takes for the calculator's solution, its interface built: python check_reference.py"""
+"""The time of `autograder check` for the calculator's solution, its interface built: python check_reference.py"""
 
 import statistics
 import subprocess

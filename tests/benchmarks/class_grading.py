@@ -1,4 +1,4 @@
-"""How many submissions a minute this grader and stock nbgrader grade: python class_grading.py [--submissions N]
+"""Submissions a minute, graded by this grader and by stock nbgrader: python class_grading.py [--submissions N]
 
 Both grade the same calculators: right answers in several styles.  nbgrader runs each notebook as handed in, with its
 public checks and no isolation; this grader runs the hidden suite, in the sandbox.  With --many N it also grades N

@@ -43,7 +43,7 @@ KERNEL = "start a kernel"
 
 @dataclass
 class Worked:
-    """What a student's work has taken."""
+    """The time and memory that a student's work has taken."""
 
     seconds: dict[str, float]  # by step
     visitor: Visitor

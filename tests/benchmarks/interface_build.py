@@ -1,4 +1,4 @@
-"""How long it takes to build Calculate.srv the first time, and again from the cache: python interface_build.py"""
+"""The time to build Calculate.srv the first time, and again from the cache: python interface_build.py"""
 
 import tempfile
 import time

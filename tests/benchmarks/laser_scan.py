@@ -1,4 +1,4 @@
-"""How long one scan takes against 200 segments, beside the time that it may take.
+"""The time of one scan against 200 segments, and the time that it may take.
 
 Run it with `python tests/benchmarks/laser_scan.py`.
 """

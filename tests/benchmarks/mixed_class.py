@@ -1,4 +1,4 @@
-"""What a class costs that is as classes are: python mixed_class.py [EXERCISE...] [--submissions N] [--checkout FOLDER]
+"""The cost of a mixed class: python mixed_class.py [EXERCISE...] [--submissions N] [--checkout FOLDER]
 
 A third of the submissions is right, half has one or two mistakes, and the rest does nothing that the task asks for: a
 file that does not start, a program that ends at once.  The answers are those of the project's own tests, drawn with a

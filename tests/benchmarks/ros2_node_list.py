@@ -1,4 +1,4 @@
-"""How long `ros2 node list` takes on a graph of 20 nodes: `python tests/benchmarks/ros2_node_list.py [--runs N]`.
+"""The time of `ros2 node list` on a graph of 20 nodes: `python tests/benchmarks/ros2_node_list.py [--runs N]`.
 
 Prints the median, the fastest and the slowest of the runs, in seconds of wall time, and how many runs saw all nodes;
 asserts nothing.  The nodes are 20 in one process, as in a notebook's kernel, and 2 in each of 10 processes.

@@ -184,7 +184,7 @@ print('process', os.getpid())"""
 
 @dataclass(frozen=True)
 class Size:
-    """How large a page and its kernel are at a moment."""
+    """The sizes of a page and its kernel at a moment."""
 
     at: float  # s, of the clock that only goes forward
     heap: int  # bytes of JavaScript's objects that are in use

@@ -1,4 +1,4 @@
-"""What the tests of a page do in JupyterLab, and the exercise that they do it with."""
+"""Actions in JupyterLab for tests of a page, and the exercise that they use."""
 
 import os
 import re
@@ -209,7 +209,7 @@ def set_theme(page: Page, theme: str) -> None:
 
 
 def keep_picture(page: Page, name: str) -> None:
-    """What the page shows, as a file in the folder COURSE_PICTURES, for a person who wants to look."""
+    """Save what the page shows in the folder COURSE_PICTURES, if that is set, for a person to look at."""
     if folder := os.environ.get("COURSE_PICTURES"):
         Path(folder).mkdir(parents=True, exist_ok=True)
         page.screenshot(path=Path(folder) / f"{name}.png", animations="disabled")

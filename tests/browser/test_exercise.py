@@ -114,7 +114,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
 
 
 def test_an_interruption_and_a_restart_end_all_checks_and_a_reset_brings_the_stub_back(lab, page):
-    """Whether the check itself runs, or waits for another cell; and a new kernel knows nothing of the cells before.
+    """A running check ends, and so does one that waits for another cell; a new kernel knows no cells of the old one.
 
     A reset keeps what was written.
     """

@@ -142,7 +142,7 @@ CELLS = (
 
 
 class Watch:
-    """What a page must not do, as it does it: run a script of ours, ask, open, leave, or load from elsewhere."""
+    """A record of what a page must not do: run a script of ours, ask, open, leave, or load from elsewhere."""
 
     def __init__(self, page: Page):
         self.seen: list[str] = []

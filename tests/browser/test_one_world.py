@@ -111,7 +111,7 @@ def test_a_terminal_follows_the_notebook_in_front(lab, page):
         page.locator(".jp-NotebookPanel:visible .jp-OutputArea-output pre").get_by_text("live").wait_for()
 
     def domain(name: str) -> str:
-        """Where a terminal is in which one types now, its prompt having been there before."""
+        """Return the ROS domain of the terminal that is typed into, once it has shown its prompt."""
         (served / name).unlink(missing_ok=True)
         page.locator(".jp-Terminal:visible").click()
         page.keyboard.type(f"echo $ROS_DOMAIN_ID > {served}/{name}\n")

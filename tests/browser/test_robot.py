@@ -148,7 +148,7 @@ def heading(facts: Locator) -> int:
 
 
 def view_of(canvas: Locator) -> tuple[float, float, float]:
-    """How the picture is shown: px in a metre, and where x = 0 and y = 0 are (px)."""
+    """Return the scale of the picture (px in a metre), and the places of x = 0 and y = 0 (px)."""
     scale, left, bottom = map(float, str(canvas.get_attribute("data-view")).split())
     return scale, left, bottom
 

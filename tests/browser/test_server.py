@@ -95,7 +95,7 @@ def test_a_picture_of_a_notebook_is_a_file_and_does_nothing_else(lab):
 
 
 def test_a_file_that_is_shown_as_a_page_runs_no_script(lab):
-    """Whether a browser obeys is tested in test_hostile.py.  PDF has a viewer of its own."""
+    """The policy is sent, except for PDF, which has its own viewer.  test_hostile.py tests that browsers obey it."""
     address, secret, folder = lab
     for name in ("page.html", "drawing.svg", "page.pdf"):
         (folder / name).write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")

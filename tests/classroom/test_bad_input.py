@@ -1,4 +1,4 @@
-"""What is wrong with a command is said in one line, and nothing is made."""
+"""A wrong command is answered with one line, and nothing is made."""
 
 import os
 import pwd

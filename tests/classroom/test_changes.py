@@ -1,4 +1,4 @@
-"""What is idle ends; HTTPS; who leaves the class is out; `down` leaves nothing behind.
+"""Idle servers end; HTTPS; a member who leaves the class is out; `down` leaves nothing behind.
 
 These tests have a class of their own, because they change it, one after the other, and end it.
 """

@@ -1,4 +1,4 @@
-"""What anybody of a class may lay into the exchange stops nobody's hand-in from being collected."""
+"""Nothing that a member of a class can put into the exchange stops another hand-in from being collected."""
 
 import contextlib
 import ctypes
@@ -272,7 +272,7 @@ def test_after_the_end_nothing_is_collected_but_of_who_has_an_extension(inbound,
 
 
 def test_a_file_that_was_written_into_after_its_hand_in_is_told(inbound, collect, caplog, monkeypatch):
-    """Which changes neither the folder nor a time that its owner cannot set back."""
+    """Writing into a file changes neither the folder nor a time that its owner cannot set back."""
     monkeypatch.setattr(exchange_collect, "SLOW", timedelta(0))
     claimed = datetime.now(UTC) + timedelta(seconds=1)
     folders = [

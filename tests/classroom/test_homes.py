@@ -1,4 +1,4 @@
-"""What root does for the class in a home folder, its owner turns elsewhere: root's files stay as they are.
+"""The owner of a home folder redirects what root does there for the class: root's files stay as they are.
 
 `renameat2` with RENAME_EXCHANGE changes a folder and a link for each other at once, in a loop.
 """
@@ -125,7 +125,7 @@ while True:
     ids=["give", "hand_on"],
 )
 def test_paths_that_turn_while_a_home_is_given_lead_root_nowhere(home, tmp_path, change):
-    """What lies elsewhere keeps its owner, also if it belongs to whom the home belongs."""
+    """Files elsewhere keep their owner, also those of the owner of the home."""
     elsewhere, own, away = tmp_path / "elsewhere", home / "own", home / "away"
     for folder in (elsewhere, own):
         folder.mkdir()
@@ -196,7 +196,7 @@ def test_a_full_home_is_told_and_hurts_nobody_else(home):
 
 @pytest.mark.parametrize("things", [{"a": {"b": b"new", "c/d": b"new"}}, {"a": {"": b"new"}}], ids=["folder", "file"])
 def test_on_a_full_disk_a_thing_is_laid_whole_or_not_at_all(home, monkeypatch, things):
-    """What is there already is never written again."""
+    """Existing files are never written again."""
     write = homes._write
 
     def full(folder: int, path: PurePosixPath, content: bytes) -> None:

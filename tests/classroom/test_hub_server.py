@@ -1,4 +1,4 @@
-"""What members' processes ask the hub for, and what it writes down: as much as there is room for, and nothing else."""
+"""Requests of members' processes to the hub, and its records: as much as there is room for, and nothing else."""
 
 import asyncio
 import os
@@ -66,7 +66,7 @@ def socket_path():
 
 
 def asked(socket_path, *asks) -> list[str]:
-    """What each coroutine function of `asks` gives, one after the other, while the members' socket is served."""
+    """Return the result of each coroutine function of `asks`, run in turn while the members' socket is served."""
 
     async def run():
         pages = [("/hub/api(?:/.*)?", From), ("/hub/login", From)]

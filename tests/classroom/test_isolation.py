@@ -1,4 +1,4 @@
-"""What one student does never reaches another: each of these tries to, as the student, from the own notebook.
+"""No student reaches another one: each of these tests tries to, as the student, from the student's notebook.
 
 A try is worth something only where it works on the student's own things, so each does that first.
 """

@@ -1,4 +1,4 @@
-"""Where no control group bounds the memory of a server, the largest of its processes is ended."""
+"""Without a control group that limits a server's memory, the largest of its processes is ended."""
 
 import subprocess
 import sys

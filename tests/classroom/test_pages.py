@@ -1,4 +1,4 @@
-"""What students and an instructor see and do in a real browser: the loop from the work to the returned feedback.
+"""Students and an instructor in a real browser: the loop from the work to the returned feedback.
 
 By clicking alone, as people do: what the loop leaves on the disk is for other tests.
 """
@@ -169,7 +169,7 @@ def hand_in(page: Page) -> str:
 
 
 def hand_in_at_once(visitor, kernel) -> None:
-    """What is right, with no answer in words, without a browser."""
+    """Hand in the right answer, without written answers and without a browser."""
     files = {name: (SOLUTION / name).read_text() for name in FILES}
     put = f"for name, text in {files!r}.items():\n    open(name, 'w').write(text)"
     live = kernel(visitor, "calculator")

@@ -67,7 +67,7 @@ def states(classroom) -> dict[str, str]:
 
 
 def row(classroom, name: str) -> tuple[int, int, int]:
-    """How many have handed an exercise in, are graded, and were returned their pages."""
+    """Return the numbers of students who have handed in, are graded, and have their pages back."""
     (found,) = (each for each in assignments.table(classroom, datetime.now(UTC)) if each.name == name)
     return found.handed_in, found.graded, found.returned
 

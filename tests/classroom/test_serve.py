@@ -1,4 +1,4 @@
-"""How the servers of a class answer the proxy, without a class."""
+"""Answers of a class's servers to the proxy, without a class."""
 
 import asyncio
 import os

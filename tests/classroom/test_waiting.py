@@ -1,4 +1,4 @@
-"""Who waits for a server is told what for, and whose turn it is: at nine o'clock all start theirs."""
+"""A member who waits for a server sees why, and whose turn it is: at nine o'clock all start theirs."""
 
 import asyncio
 

@@ -120,7 +120,7 @@ def log_in(chromium: Browser, classroom: Classroom, name: str, password: str) ->
 def steal(
     chromium: Browser, classroom: Classroom, student: Visitor, password: str, tossed: Sequence[str] = ()
 ) -> tuple[list[str], list[str]]:
-    """What a page behind a student's address reads as the teacher, and what a page of the hub's would have read.
+    """Return what a page at a student's address reads as the teacher, and what a page of the hub would have read.
 
     The student's page first sets the cookies `tossed`, and tries with them too.
     """

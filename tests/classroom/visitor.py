@@ -42,7 +42,7 @@ class AsBrowsersDo(DefaultCookiePolicy):
 
 @dataclass
 class Ran:
-    """What a cell has done."""
+    """The result of a cell."""
 
     text: str = ""  # printed, shown and raised, in that order of coming
     error: str = ""  # the name of what was raised
@@ -59,7 +59,7 @@ class Visitor:
     answer: requests.Response | None = None  # to the last try to log in
 
     def __post_init__(self) -> None:
-        """What the environment says of proxies and certificates is not for this machine's own pages."""
+        """Ignore the environment's proxies and certificates, which are not for this machine's own pages."""
         self.session.trust_env = False
         self.session.cookies.set_policy(AsBrowsersDo())
 

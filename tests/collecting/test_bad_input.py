@@ -1,4 +1,4 @@
-"""What comes in wrong is told in a line, mixes up no students, and loses nothing."""
+"""Wrong input is reported in a line, mixes up no students, and loses nothing."""
 
 import os
 import shutil

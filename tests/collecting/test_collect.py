@@ -321,7 +321,7 @@ def test_whoever_calls_themselves_as_another_student_is_not_that_student(tmp_pat
 )
 @pytest.mark.parametrize("beside", [True, False], ids=["beside hers", "alone"])
 def test_a_receipt_makes_no_archive_in_a_bulk_download_that_of_another_student(tmp_path, own, other, beside):
-    """Whose name at the platform is odd is nobody, whatever a receipt in the archive says."""
+    """A student with an invalid name at the platform is unknown, whatever a receipt in the archive says."""
     roster = tmp_path / "roster.csv"
     roster.write_text("student,number,first_name,last_name\nada,101,Ada,Lovelace\n")
     hers = handed_in(tmp_path / "hers", "ada").read_bytes()

@@ -173,7 +173,7 @@ def hostile(request):
 
 
 def measured(work):
-    """What `work` returns, and the largest amount of memory (bytes) that it had at a time."""
+    """Return the result of `work`, and the largest amount of memory (bytes) that it had at a time."""
     tracemalloc.start()
     try:
         return work(), tracemalloc.get_traced_memory()[1]
@@ -183,7 +183,7 @@ def measured(work):
 
 @pytest.fixture
 def read_bytes(monkeypatch):
-    """How many bytes were unpacked, in all, as a list of numbers."""
+    """The numbers of bytes that were unpacked, as a list."""
     counts: list[int] = []
     real = zipfile.ZipExtFile.read
 

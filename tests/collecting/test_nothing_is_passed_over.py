@@ -15,7 +15,7 @@ from .test_collect import AUTOGRADER, EARLY, FILES, archive, counted, handed_in,
 
 
 def unplaced(result: Collection) -> dict[str, str]:
-    """Why each was not placed, by what it was."""
+    """Return the reasons why hand-ins were not placed, by hand-in."""
     return {line.partition(": ")[0]: line.partition(": ")[2] for line in result.unplaced}
 
 

@@ -1,4 +1,4 @@
-"""What is given to a recorder in the place of something else is told at once, in the words of that recorder."""
+"""A wrong argument of a recorder is reported at once, in the words of that recorder."""
 
 import math
 from types import SimpleNamespace

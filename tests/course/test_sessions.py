@@ -1,4 +1,4 @@
-"""What runs on this machine is listed, told to other processes, and can be ended."""
+"""Sessions on this machine are listed, known to other processes, and can be ended."""
 
 import os
 import signal
@@ -129,7 +129,7 @@ def zombie():
 
 
 def test_a_zombie_is_no_session_and_no_terminal(zombie, tmp_path):
-    """Where the first process of a container waits for nobody, each ended kernel stays one."""
+    """If a container's first process does not wait for its children, each ended kernel stays a zombie."""
     pid, born = zombie
     assert born and not processes.alive(pid, born)
     registry.write(SessionRecord(pid, 7, str(tmp_path), time.time(), born))

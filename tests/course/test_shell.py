@@ -35,7 +35,7 @@ def cell(file: str, options: str = "") -> str:
 
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory):
-    """What a terminal has that was opened anywhere: nothing of the course, and a registry of the test's own."""
+    """The environment of a terminal that was opened anywhere: nothing of the course, and a registry for the test."""
     kept = ("HOME", "LANG", "TERM", "USER")
     return {name: os.environ[name] for name in kept if name in os.environ} | {
         "PATH": "/usr/local/bin:/usr/bin:/bin",

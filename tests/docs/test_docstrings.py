@@ -37,7 +37,7 @@ def test_titles_of_hidden_tests_may_begin_like_a_question():
     assert questions(text, titles=True) == ["When it is b."]
 
 
-@pytest.mark.parametrize("package", ["course", "autograder"])
+@pytest.mark.parametrize("package", ["course", "autograder", "tests"])
 def test_no_docstring_begins_like_a_question(package: str):
     modules = {path.relative_to(ROOT).as_posix(): path for path in sorted((ROOT / package).rglob("*.py"))}
     read = {name: questions(path.read_text(), bool(SUITE.fullmatch(name))) for name, path in modules.items()}

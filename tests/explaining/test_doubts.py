@@ -1,4 +1,4 @@
-"""What is told of a text at the start of its program, before a long wait shows it."""
+"""Remarks on a text at the start of its program, before a long wait shows the mistake."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Why a program waits without end, from its text and the stacks that `faulthandler` writes of it."""
+"""Reasons why a program waits without end, from its text and the stacks that `faulthandler` writes of it."""
 
 import threading
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What is said of mistakes, from texts alone: the hints, and why a program may not answer."""
+"""Explanations of mistakes, from texts alone: the hints, and reasons why a program may not answer."""
 
 import importlib
 import json

@@ -1,4 +1,4 @@
-"""Why a program waits in vain at a line of its text, and which lines are no sign of that."""
+"""Lines of a text at which a program waits in vain, and lines that are no sign of that."""
 
 import pytest
 

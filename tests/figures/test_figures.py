@@ -179,7 +179,7 @@ def test_on_a_telephone_every_text_is_large_enough_and_whole_and_none_is_over_an
 
 
 def _looks(artists: Iterator[Artist]) -> set[tuple[bool, str]]:
-    """What is seen of artists: whether each is a marker, not a line or an area, and its colour without transparency."""
+    """Return for each artist whether it is a marker, not a line or an area, and its colour without transparency."""
     looks = set()
     for artist in artists:
         if isinstance(artist, Line2D):
@@ -263,7 +263,7 @@ def _beyond(axes: Axes) -> Iterator[Text]:
 
 
 def _in_the_dark(color):
-    """What `invert(0.92) hue-rotate(180deg)` of a dark theme makes of a colour, as Filter Effects 1 defines it."""
+    """Return a colour after `invert(0.92) hue-rotate(180deg)` of a dark theme, as Filter Effects 1 defines it."""
     luma = np.array([0.213, 0.715, 0.072])
     return np.clip((2 * np.ones((3, 1)) * luma - np.eye(3)) @ (0.92 - 0.84 * color), 0, 1)
 

@@ -1,4 +1,4 @@
-"""What is given to a figure in the place of something else is told at once, in the words of that figure."""
+"""A wrong argument of a figure is reported at once, in the words of that figure."""
 
 import math
 from types import SimpleNamespace

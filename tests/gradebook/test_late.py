@@ -298,7 +298,7 @@ def test_a_time_is_read_in_utc(text, tmp_path):
 
 
 def extend(course: Path, *words: str) -> subprocess.CompletedProcess:
-    """What the command does and says, in this process."""
+    """Run the command in this process, and return its status and output."""
     command = ["autograder", "extend", *words, "--course", str(course)]
     with (
         patch.object(sys, "argv", command),

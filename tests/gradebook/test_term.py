@@ -285,7 +285,7 @@ def test_an_answer_that_is_another_than_the_marked_one_waits_for_a_mark_again(co
 
 
 def test_feedback_is_released_to_all_who_handed_in_through_the_exchange(course, tmp_path):
-    """What `autograder collect` laid out has no secret of the exchange, and perhaps no time: it stops nobody's page."""
+    """Folders of `autograder collect` have no secret of the exchange, and perhaps no time: all pages are released."""
     (tmp_path / "exchange").mkdir(mode=0o777)
     (tmp_path / "exchange").chmod(0o777)
     with open(course / "nbgrader_config.py", "a") as config:

@@ -1,4 +1,4 @@
-"""When a grading may begin: while a core is left, or processor to spare, and with a turn for every command."""
+"""A grading may begin while a core is left, or processor time to spare, and with a turn for every command."""
 
 import threading
 from collections import Counter, deque

@@ -184,7 +184,7 @@ def test_a_read_only_folder_is_refused(submitted, tmp_path):
 
 
 def test_what_is_no_submission_is_named(tmp_path):
-    """What may have been handed in, but is not in the expected form, is not left out silently."""
+    """A folder that may be a submission, but is not in the expected form, is not left out silently."""
     for path in (
         "ada/services/relay.py",
         "jim/Services/relay.py",
@@ -374,7 +374,7 @@ def test_the_code_of_workers_is_compared(tmp_path):
 
 
 def test_a_worker_needs_no_suite_of_its_own(tmp_path):
-    """What is sent is unpacked somewhere else, and is the same exercise."""
+    """The exercise that is sent is unpacked elsewhere, and is the same."""
     packed = exercises.pack("services")
     sent = exercises.unpack(packed)
     assert sent.folder != exercises.load("services").folder

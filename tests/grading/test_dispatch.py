@@ -1,4 +1,4 @@
-"""Which submission is graded where, with workers that exist only here: no Dask, no processes, no programs."""
+"""The choice of a worker for each submission, with workers that exist only here: no Dask, processes or programs."""
 
 import os
 import signal

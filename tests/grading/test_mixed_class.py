@@ -1,4 +1,4 @@
-"""What the benchmark of a mixed class says of two checkouts."""
+"""The comparison of two checkouts by the benchmark of a mixed class."""
 
 import importlib.util
 import sys

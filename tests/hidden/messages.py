@@ -1,4 +1,4 @@
-"""What the student of each wrong answer is told: `messages/EXERCISE.toml`, which a person has read beside the mistake.
+"""The messages for each wrong answer: `messages/EXERCISE.toml`, which a person has compared with the mistakes.
 
 It has a table for each wrong answer, with the message of the first hidden test that it loses, and perhaps of others:
 

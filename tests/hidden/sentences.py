@@ -1,4 +1,4 @@
-"""What each sentence of a task is guarded by: `python -m tests.hidden.sentences [EXERCISE]...` prints the table.
+"""The tests that guard each sentence of a task: `python -m tests.hidden.sentences [EXERCISE]...` prints the table.
 
 `sentences/EXERCISE.toml` has an entry for each sentence, list item and table row of the exercise's task, in the order
 of the notebook, word for word:
@@ -150,7 +150,7 @@ def _faults_of_tests(
 
 
 def _guards(entry: Sentence, lost: set[str]) -> bool:
-    """Whether a wrong answer that loses these tests shows that one of the entry's tests, and no other, catches it."""
+    """Return True if a wrong answer that loses these tests is caught by one test of the entry, and no other."""
     return bool(lost) and (lost <= {*entry.tests} if entry.together else lost in [{test} for test in entry.tests])
 
 
@@ -228,7 +228,7 @@ def _of_stub(source: str) -> Iterator[str]:
 
 @dataclass(frozen=True)
 class Losses:
-    """How many points the answers to an exercise with exactly one mistake lose."""
+    """The points that answers with exactly one mistake lose."""
 
     median: float
     most: float

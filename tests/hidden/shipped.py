@@ -1,4 +1,4 @@
-"""What the files that students get would earn as answers: `python -m tests.hidden.shipped [EXERCISE]...`
+"""The points that the students' files would earn as answers: `python -m tests.hidden.shipped [EXERCISE]...`
 
 It makes the student release, takes from it every ROS program, the shown code of every page, and what a student could
 paste together of both, and hands each in under every file name of every exercise.  It prints what each earns, and exits
@@ -212,7 +212,7 @@ def _parsed(text: str) -> ast.Module:
 
 @dataclass
 class Earned:
-    """What was earned in an exercise."""
+    """The points that were earned in an exercise."""
 
     exercise: Exercise
     nothing: float = 0.0  # by the interface files alone

@@ -1,4 +1,4 @@
-"""Which hidden test finds which mistake: `python -m tests.hidden.table [EXERCISE]...` grades all answers.
+"""The hidden tests that find each mistake: `python -m tests.hidden.table [EXERCISE]...` grades all answers.
 
 It prints a table with a row for each answer and a column for each test: `x` was lost as it should be, `!` was lost but
 should not be, `?` should have been lost.  Below it stand the points that an answer with one mistake loses.

@@ -39,7 +39,7 @@ def beside(exercise: str, test: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def begun(request, grade, judge):
-    """What the chosen tests ask for, by exercise, and by answer or the answers that are judged as one: all at once."""
+    """The gradings of the chosen tests, all begun at once, by exercise and by answer or answers judged as one."""
     begun = {}
     for asked in chosen.parameters(request, "name"):
         exercise, name, test = asked["exercise"], asked["name"], asked.get("test")

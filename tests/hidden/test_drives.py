@@ -1,4 +1,4 @@
-"""What ends a drive of a student's robot before its time, only what its node does not do; and when that has died."""
+"""A drive of a student's robot ends early only for what its node does not do, or when the node has died."""
 
 from types import SimpleNamespace
 
@@ -38,7 +38,7 @@ def test_a_drive_ends_when_the_node_is_dead(drive):
 
 
 def answer(looks, gone):
-    """What counts of an answer of a program that lives for so many looks after it, and may be `gone` from its topic."""
+    """Return the answer that counts if the program lives for so many looks after it, or is `gone` from its topic."""
     left = iter([True] * looks)
     return of_the_living(lambda limit, alive: "4.4 m", lambda: gone, 5.0)(10.0, lambda: next(left, False))
 

@@ -1,4 +1,4 @@
-"""What the student of a wall follower is told of when it stops: only what it has done."""
+"""Messages on a wall follower that stops: only on what it has done."""
 
 from types import SimpleNamespace
 

@@ -1,4 +1,4 @@
-"""How the grader reads what a lift tells: the rules of the task, without ROS and without any program."""
+"""The grader's reading of a lift's messages: the rules of the task, without ROS and without any program."""
 
 import time
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What the student of a relay is told of a sum that its message has, and that does not count."""
+"""The message on a relay whose message has a sum that does not count."""
 
 import pytest
 

@@ -10,7 +10,7 @@ from . import shipped
 
 @pytest.fixture(scope="module")
 def student(tmp_path_factory):
-    """What a student gets."""
+    """The files that a student gets."""
     return shipped.student_files(tmp_path_factory.mktemp("shipped"))
 
 

@@ -1,4 +1,4 @@
-"""What an exercise is about costs a quarter of its points or more, a detail little; and the task tells the weights.
+"""The main points of an exercise cost a quarter of its points or more, a detail little; the task tells the weights.
 
 Nothing is graded here: that the answers lose what their lists say is held by `test_answers.py`.
 """
@@ -25,7 +25,7 @@ WEIGHED = [name for name in answers.names() if answers.named(name, "ABOUT") or a
 
 
 class Row(NamedTuple):
-    """What the task says of the points of one hidden test."""
+    """The task's statement on the points of one hidden test."""
 
     what: str
     points: float
@@ -33,7 +33,7 @@ class Row(NamedTuple):
 
 
 def rows(exercise):
-    """What is told below "How it is marked", in its order."""
+    """Return the rows below "How it is marked", in their order."""
     found = []
     for cell in cells.read(sentences.NOTEBOOKS / exercise / f"{exercise}.ipynb"):
         for fold in MARKED.findall(cell.source if cell.kind == "markdown" else ""):
@@ -53,7 +53,7 @@ def main_points(exercise):
 
 
 def classes(exercise):
-    """What each wrong answer is, by what it costs and by the module's sets: one of about, part, detail and several."""
+    """Return the kind of each wrong answer, by its cost and the module's sets: about, part, detail or several."""
     most, lost, wrong = exercises.load(exercise).max_score, sentences.lost(exercise), answers.load(exercise).WRONG
     about, useless, broad, nothing, several = (
         answers.named(exercise, kind) for kind in ("ABOUT", "USELESS", "BROAD", "NOTHING", "SEVERAL")
@@ -88,7 +88,7 @@ def test_a_detail_costs_little(exercise):
 
 @pytest.mark.parametrize("exercise", WEIGHED)
 def test_each_wrong_answer_is_about_the_exercise_a_part_a_detail_or_several_mistakes(exercise):
-    """What costs a quarter has a main point wrong or is in one of the module's sets, and the other way round."""
+    """An answer loses a quarter exactly if it has a main point wrong or is in one of the module's sets."""
     assert {name: kinds for name, kinds in classes(exercise).items() if len(kinds) != 1} == {}
 
 

@@ -87,7 +87,7 @@ class Installation:
         )
 
     def sees(self, folder: Path | None = None, private: list[Path] | None = None, searched: list[Path] | None = None):
-        """What PROBE has found out in its sandbox."""
+        """Return the findings of PROBE in its sandbox."""
         known = {
             "SECRET": SECRET,
             "VENV": str(self.prefix),

@@ -110,7 +110,7 @@ print(subprocess.run([sys.executable, "-c", child], capture_output=True, text=Tr
 
 
 def test_a_comment_is_no_code_and_stands_in_no_help(cache):
-    """What is shown of the type in a cell's help is made of its fields; the definition keeps its comments."""
+    """A cell's help shows a type by its fields; the definition keeps its comments."""
     out = run(
         f"""
 import ctypes, pydoc, sys

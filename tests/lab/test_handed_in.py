@@ -1,4 +1,4 @@
-"""What the server says of hand-ins, by the receipts in the folder and by what it does itself."""
+"""The server's answers on hand-ins, from the receipts in the folder and its own work."""
 
 from datetime import UTC, datetime, timedelta
 

@@ -159,7 +159,7 @@ def test_a_drive_in_a_cell_is_seen_and_cannot_be_changed(kernel, page):
 
 
 def test_a_new_world_is_told_apart_from_the_one_before_and_a_reset_is_none(kernel, page):
-    """What the page says of a world goes with it."""
+    """The page no longer shows anything of a world that has ended."""
     page.subscribe("robot")
     kernel.run("ros.start(World)")
     first = shown_until(page, lambda known: known.get("world") and known["room"]["name"])["world"]

@@ -1,4 +1,4 @@
-"""What the robot's page draws between two messages, by the module of its state alone, run by Node.js."""
+"""The robot's page between two messages, by the module of its state alone, run by Node.js."""
 
 import json
 import subprocess
@@ -24,7 +24,7 @@ console.log(JSON.stringify(shown));
 
 
 def drawn(*steps: tuple[float, dict | None]) -> list[tuple[list[float], dict, bool]]:
-    """What is drawn at each time (ms), after that message, and whether it moves: is another one at the next moment.
+    """Return what is drawn at each time (ms), after that message, and whether it moves: differs at the next moment.
 
     It is the robot's pose and the distances in its sectors.
     """

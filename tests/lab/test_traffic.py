@@ -1,4 +1,4 @@
-"""What cells, nodes and other programs send is recorded from the session's start on, in JupyterLab alone."""
+"""Messages of cells, nodes and other programs are recorded from the session's start on, in JupyterLab alone."""
 
 import contextlib
 from types import SimpleNamespace
@@ -229,7 +229,7 @@ def test_a_response_that_its_client_does_not_take_is_told(kernel, page):
     ("answered", "said"), [(0.0, GAVE_UP), (0.2, TOO_LATE), (2.0, NEVER_TAKEN)], ids=["never", "late", "untaken"]
 )
 def test_a_call_that_its_caller_has_given_up_ends(monkeypatch, answered, said):
-    """Whether its server has answered, and how long before."""
+    """A server that has answered, at different times before, and one that has not."""
     now = 100.0
     monkeypatch.setattr("course.lab.kernel.traffic.time.monotonic", lambda: now)
     pending = {7: Future()}
@@ -373,7 +373,7 @@ def start_apart(kernel: Kernel, command: str) -> None:
 
 
 def until_told(page: Client, service: str) -> dict | None:
-    """What is told next of a service whose calls are not recorded."""
+    """Return the next event on a service whose calls are not recorded."""
     return next((each for each in page.event()["data"] if each["service"] == service), None)
 
 

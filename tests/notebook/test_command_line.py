@@ -1,4 +1,4 @@
-"""What the text of a client shows of its command line and its exit status."""
+"""Remarks on a client's command line and exit status, from its text."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What a cell shows of a message."""
+"""The display of a message below a cell."""
 
 import array
 
@@ -21,7 +21,7 @@ HUGE = {
 
 @pytest.fixture
 def shown():
-    """What a cell shows of its result."""
+    """The text that a cell shows for its result."""
     display = DisplayFormatter()
     cut_messages(display)
     return lambda result: display.format(result)[0]["text/plain"]

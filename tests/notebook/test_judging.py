@@ -1,4 +1,4 @@
-"""What public checks begin with: a program that is asked, refused files, and names that others use."""
+"""The beginnings of public checks: a program that is asked, refused files, and names that others use."""
 
 import contextlib
 import json

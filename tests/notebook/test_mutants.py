@@ -46,7 +46,7 @@ def test_each_slip_is_made_once_by_itself():
 
 
 class NotMine:
-    """What another library has hung on a syntax tree: to copy it would take seconds."""
+    """An object that another library has attached to a syntax tree: a copy would take seconds."""
 
     def __deepcopy__(self, memo):
         raise AssertionError("copied")

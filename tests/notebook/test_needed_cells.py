@@ -1,4 +1,4 @@
-"""What of a notebook its exercises need is found by the names that cells make and use."""
+"""The cells that an exercise needs are found by the names that cells make and use."""
 
 import ast
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How often a program publishes is told by the times of its messages, also on a busy computer; and a limited step."""
+"""A program's rate is found from the times of its messages, also on a busy computer; and a limited step."""
 
 import random
 

@@ -574,7 +574,7 @@ ONE_LOCK_FOR_ALL = (
 
 @pytest.mark.matrix  # test_a_task_on_the_page_names_what_makes_others_wait
 def test_the_check_of_the_lift_names_the_callback_that_waits_and_then_passes_the_right_answer(empty):
-    """What a check that failed has left does not count the steps of the next one, too."""
+    """The remains of a failed check do not count the steps of the next one."""
     right = answers.solution("actions")
     page = Page("actions")
     said = page.judge(answers.changed(right, "lift_server.py", ONE_LOCK_FOR_ALL), "lift-server")["lift-server"]

@@ -1,4 +1,4 @@
-"""What a check adds from the text of a program: true of the mistake, and nothing of a right program."""
+"""Remarks of a check from the text of a program: true of the mistake, and none on a right program."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""What the pages say of rclpy's defaults and versions is what the installed rclpy does."""
+"""The pages' statements on rclpy's defaults and versions are true of the installed rclpy."""
 
 import inspect
 import os

@@ -1,4 +1,4 @@
-"""What a student reads of one cause that cost several tests, and an instructor of each student."""
+"""Pages for students, with one cause that cost several tests, and for instructors, with each student."""
 
 import io
 from dataclasses import replace

@@ -10,7 +10,7 @@ from tests.ros.conftest import node_of_a_context
 
 
 def test_who_is_about_to_leave_hears_of_nobody_any_more_and_is_still_heard_of(node, domain):
-    """When this fails, look whether the version of Fast DDS has another interface, and still needs this."""
+    """If this fails, check whether the version of Fast DDS has another interface, and still needs this."""
     assert fast_dds.ignore_discovery(domain)
     with node_of_a_context("other", domain) as other:
         assert wait_until(lambda: other.count_publishers("/rosout") == 2, 10)

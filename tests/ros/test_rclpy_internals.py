@@ -1,4 +1,4 @@
-"""What is used of rclpy's private parts is still there, and what is mended there is still needed."""
+"""The private parts of rclpy that are used still exist, and the repairs are still needed."""
 
 import inspect
 import os
@@ -24,7 +24,7 @@ from course.session.spinner import Spinner
 
 
 def test_shutting_an_executor_down_leaves_its_threads():
-    """When this fails, rclpy ends the pool itself: remove `end_thread_pool`."""
+    """If this fails, rclpy ends the pool itself: remove `end_thread_pool`."""
     source = inspect.getsource(MultiThreadedExecutor.shutdown)
     assert ".shutdown(wait=False" not in source.replace(" ", "")
 
@@ -93,7 +93,7 @@ def test_a_waitable_tells_its_action(node):
 
 
 def test_an_action_client_still_forgets_feedback(node):
-    """When this fails, rclpy hears the feedback that comes after a result: remove `keep_feedback`."""
+    """If this fails, rclpy hears the feedback that comes after a result: remove `keep_feedback`."""
     assert "del self._feedback_callbacks[goal_uuid]" in inspect.getsource(ActionClient._remove_pending_result_request)
     client = ActionClient(node, Fibonacci, "fibonacci")
     rclpy_internals.keep_feedback(client)
@@ -105,7 +105,7 @@ def test_an_action_client_still_forgets_feedback(node):
 
 
 def test_feedback_can_be_published_before_a_goal_is_answered(node):
-    """When this fails, what comes before the answer to a goal can no longer be tried with a student's client."""
+    """If this fails, what comes before the answer to a goal can no longer be tried with a student's client."""
     told = []
     server = ActionServer(
         node, Fibonacci, "fibonacci", lambda goal: Fibonacci.Result(), goal_callback=lambda _: told.append("answered")
@@ -144,7 +144,7 @@ def test_an_executor_tells_whether_it_was_shut_down(node):
 
 
 def test_an_action_server_still_prints_what_an_execute_callback_raises():
-    """When this fails, rclpy hands such an exception on: `watch_goals` may be no longer needed."""
+    """If this fails, rclpy hands such an exception on: `watch_goals` may be no longer needed."""
     end = rclpy_internals.watch_goals(lambda node, fault: None)
     assert inspect.unwrap(ActionServer._execute_goal) is not ActionServer._execute_goal
     end()
@@ -167,7 +167,7 @@ class Watcher:
 
 
 def test_who_watches_clients_is_told_and_disturbs_nobody(node):
-    """When `call_async` or an ActionClient's methods go or change, the flow diagrams have nothing to draw."""
+    """If `call_async` or an ActionClient's methods go or change, the flow diagrams have nothing to draw."""
     watcher = Watcher()
     end = rclpy_internals.watch_clients(watcher)
     client = node.create_client(AddTwoInts, "add")
@@ -187,7 +187,7 @@ def test_who_watches_clients_is_told_and_disturbs_nobody(node):
 
 
 def test_a_raw_subscription_still_leaves_its_publisher_out_and_can_tell_it(node):
-    """When the first assertion fails, rclpy tells it itself: remove `create_telling_subscription` and `taking`."""
+    """If the first assertion fails, rclpy tells it itself: remove `create_telling_subscription` and `taking`."""
     heard = {}
     node.create_subscription(String, "told", lambda message, info: heard.update(plain=(message, info)), 10, raw=True)
     rclpy_internals.create_telling_subscription(

@@ -1,4 +1,4 @@
-"""What is patched in rclpy is still needed, and patched once."""
+"""The patches of rclpy are still needed, and are made once."""
 
 import inspect
 import os
@@ -74,7 +74,7 @@ def unpatched(name: str):
 
 
 def test_action_clients_are_still_without_a_lock():
-    """When this fails, rclpy locks an ActionClient itself: remove `lock_action_clients`."""
+    """If this fails, rclpy locks an ActionClient itself: remove `lock_action_clients`."""
     assert not [name for name in rclpy_patches.UNLOCKED if "_lock" in inspect.getsource(unpatched(name))]
 
 
@@ -94,13 +94,13 @@ def loaded(before: str) -> str:
 
 
 def test_a_message_still_loads_the_parser_of_definitions():
-    """When this fails, rosidl_generator_py loads it only for a build itself: remove `load_generator_later`."""
+    """If this fails, rosidl_generator_py loads it only for a build itself: remove `load_generator_later`."""
     assert loaded("") == "True\n"
     assert loaded("from course.ros.rclpy_patches import load_generator_later as later\nlater()\nlater()") == "False\n"
 
 
 def test_a_node_still_loads_numpy_unless_that_is_left_for_later():
-    """When this fails, service_msgs loads it only for a message itself: remove `load_numpy_later`."""
+    """If this fails, service_msgs loads it only for a message itself: remove `load_numpy_later`."""
     program = """{before}
 import sys
 import rclpy
@@ -132,7 +132,7 @@ except FileNotFoundError:
 
 
 def test_a_log_line_still_looks_for_the_sources_of_its_callers():
-    """When this fails, rclpy itself reads no file for the line that logs: remove `find_callers_by_name`."""
+    """If this fails, rclpy itself reads no file for the line that logs: remove `find_callers_by_name`."""
     assert "inspect.getframeinfo(frame).filename" in inspect.getsource(rcutils_logger)
 
 
@@ -227,7 +227,7 @@ def asked(library: Path, *words: str, client: list[str] = CLIENT, stacks: int | 
 
 
 def test_a_response_is_still_lost_while_its_reader_is_undiscovered(domain, undiscovered, monkeypatch, tmp_path):
-    """When this fails, a server waits for the reader of its response, or sends it later: remove that patch."""
+    """If this fails, a server waits for the reader of its response, or sends it later: remove that patch."""
     monkeypatch.setenv("UNDISCOVERED_UNTIL", str(tmp_path / "answered"))
     assert asked(undiscovered, client=[*CLIENT[:-1], "4"]) == ["False"]
 
@@ -250,7 +250,7 @@ def test_ros2_param_asks_again_and_sets_once(domain, undiscovered):
 
 
 def test_an_executor_still_gives_a_callback_to_its_threads_again():
-    """When this fails, rclpy gives each callback once, or waits until it has begun: remove `_hand_over_to_workers`."""
+    """If this fails, rclpy gives each callback once, or waits until it has begun: remove `_hand_over_to_workers`."""
     waiting = inspect.getsource(MultiThreadedExecutor._wait_for_ready_callbacks)
     assert "not task.executing() and not task.done()" in waiting
     assert "self._executor.submit(handler)\n" in inspect.getsource(MultiThreadedExecutor._spin_once_impl)

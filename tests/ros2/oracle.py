@@ -56,7 +56,7 @@ sys.exit(main())
 
 
 class Outcome(NamedTuple):
-    """What became of one test: `passed`, `skipped`, or why it failed."""
+    """The outcome of one test: `passed`, `skipped`, or why it failed."""
 
     name: str
     text: str

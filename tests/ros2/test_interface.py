@@ -50,7 +50,7 @@ def test_show_all_comments(alone):
 
 
 def test_a_terminal_obeys_no_comment(alone, tmp_path):
-    """What somebody else's definition would do to a terminal is escaped there; a pipe has it as it is."""
+    """Control characters of a foreign definition are escaped in a terminal; a pipe gets them unchanged."""
     evil = "# \x1b]52;c;cm0=\x07\x1b[2J \u202egnp.exe \x9b2J <img src=x>"
     (tmp_path / "share/evil/msg").mkdir(parents=True)
     (tmp_path / "share/evil/msg/Evil.msg").write_text(f"{evil}\nint32 a {evil}\n", encoding="utf-8")

@@ -109,7 +109,7 @@ def test_what_is_not_there(alone, prefix, words, message):
 
 
 def test_the_executables_of_a_package_in_this_folder(alone, tmp_path):
-    """What `ros2 run` would find there."""
+    """The files that `ros2 run` would find there are listed."""
     (tmp_path / "my_package").mkdir()
     (tmp_path / "my_package" / "node.py").write_text("")
     assert alone.output("pkg", "executables", "my_package", cwd=tmp_path) == "my_package node.py\n"
@@ -122,7 +122,7 @@ def create(command, folder, *words: str, name: str = "my_robot", **more):
 
 
 def test_create_a_python_package(alone, tmp_path):
-    """What it says is ros2cli's; its manifest is valid, its node runs, and a second time changes nothing."""
+    """Its output is that of ros2cli; its manifest is valid, its node runs, and a second time changes nothing."""
     words = (
         "--build-type", "ament_python", "--license", "MIT", "--node-name", "driver", "--description", "Drives & turns",
         "--dependencies", "rclpy", "std_srvs",

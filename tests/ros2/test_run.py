@@ -107,7 +107,7 @@ def test_a_manifest_and_a_program_are_small_ordinary_files(folder, monkeypatch):
 
 
 def test_runs_an_executable_of_an_ament_package(alone, tmp_path):
-    """What colcon installs in lib/<package> of a prefix in AMENT_PREFIX_PATH."""
+    """An executable as colcon installs it, in lib/<package> of a prefix in AMENT_PREFIX_PATH, is run."""
     index = tmp_path / "share" / "ament_index" / "resource_index" / "packages"
     index.mkdir(parents=True)
     (index / "installed_package").write_text("")

@@ -1,4 +1,4 @@
-"""What a program in the sandbox sees and may do; and grading as an ordinary user, and without a sandbox."""
+"""The rights and the view of a program in the sandbox; grading as an ordinary user, and without a sandbox."""
 
 import contextlib
 import json
@@ -201,7 +201,7 @@ def test_unsafe_is_flagged(tmp_path):
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="the other tests are run by an ordinary user already")
 def test_as_an_ordinary_user(tmp_path):
-    """Who has, on most machines, no control groups: all programs of a grading are on one core then."""
+    """On most machines a user has no control groups: all programs of a grading are on one core then."""
     home = Path("/tmp") / f"autograder-test-{os.getpid()}"
     home.mkdir()
     try:

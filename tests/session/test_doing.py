@@ -1,4 +1,4 @@
-"""Where a program is that does not answer: its own line, read from outside, whatever it waits for."""
+"""The line at which a program that does not answer is, read from outside, whatever it waits for."""
 
 import contextlib
 import linecache

@@ -1,4 +1,4 @@
-"""Why nothing passes on a topic: another name, another type, or qualities of service that do not fit."""
+"""Reasons why no message passes on a topic: another name, another type, or qualities of service that do not fit."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What is given to a session's method in the place of something else is told at once, in the words of that method."""
+"""A wrong argument of a session's method is reported at once, in the words of that method."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""What a program's text can offer: names that are written out, and none other."""
+"""The names that a program's text can offer: those that are written out, and no others."""
 
 import pytest
 

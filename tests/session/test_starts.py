@@ -1,4 +1,4 @@
-"""What a start in a cell ends, and what it never begins, is told."""
+"""The reader is told what a start in a cell ends, and what it never begins."""
 
 import linecache
 import signal

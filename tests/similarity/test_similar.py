@@ -186,7 +186,7 @@ def test_of_the_right_answers_only_those_that_execute_a_text_are_named(known):
 
 
 def named_beside_the_reference(known, lines: str) -> list[str]:
-    """Who is named when bob hands in these lines as the server, and ada the reference."""
+    """Return those who are named when bob hands in these lines as the server, and ada the reference."""
     file = "calculator_server.py"
     found = compare("calculator", [("ada", {file: programs(REFERENCE)[file]}), ("bob", {file: lines})], known, 5)
     return [*found.hidden, *found.doubtful]
@@ -647,7 +647,7 @@ def test_a_group_of_copies_is_one_line_with_all_names(known):
 
 
 def test_a_ring_of_disguised_copies_does_not_hide_itself_by_its_size(known):
-    """What many have counts little for a pair's score; what a pair has in common counts all the same."""
+    """Lines that many have count little for a pair's score; lines that only a pair shares still count."""
     ring = [f"student {number}" for number in range(9)]
     handed_in = [(name, programs(files)) for name, files in OTHERS.items()]
     handed_in += [(name, {f: f"# {name}\n{text}" for f, text in copy(REFERENCE).items()}) for name in ring]

@@ -1,4 +1,4 @@
-"""What becomes of a test's end that is neither passed nor a Fault."""
+"""The verdict on a test that ends neither as passed nor with a Fault."""
 
 import ast
 import json

@@ -70,7 +70,7 @@ class Program:
         return self.alive and self.age >= self._node_at
 
     def answer(self, limit):
-        """What comes of a question, after the time that it takes."""
+        """Return the answer to a question, after the time that it takes."""
         event = self._answers.pop(0) if self._answers else "yes"
         if event is None:
             self._clock.now += limit
@@ -81,7 +81,7 @@ class Program:
 
 
 def serves(**more):
-    """What a program does that offers all it must."""
+    """Return the behaviour of a program that offers all it must."""
     return {"offers": {SUM: 1.0, STATUS: 1.0}, **more}
 
 

@@ -1,4 +1,4 @@
-"""What is said of a program that offers the right name with another type."""
+"""Messages on a program that offers the right name with another type."""
 
 import os
 from collections import Counter

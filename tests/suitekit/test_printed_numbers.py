@@ -1,4 +1,4 @@
-"""What the hidden suites read from what a program has printed."""
+"""The numbers that hidden suites read from what a program has printed."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""How often a topic is published: a busy machine delays messages, and makes no other rate of that."""
+"""The rate of a topic: a busy machine delays messages, which does not change the rate."""
 
 import itertools
 import random
@@ -21,7 +21,7 @@ def rate(published: list[float], came: list[float] | None = None) -> float:
 
 
 def published(period: float, count: int, late: dict[int, float] | None = None, jitter: float = 0.0) -> list[float]:
-    """When messages of a timer came: some are late (s), and those behind them wait until they are there."""
+    """Return the times of a timer's messages: some are late (s), and those behind them wait until they are there."""
     draw = random.Random(1)
     times = [period * n + (late or {}).get(n, 0.0) + draw.uniform(0, jitter) for n in range(count)]
     return list(itertools.accumulate(times, max))

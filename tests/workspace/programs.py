@@ -67,7 +67,7 @@ class Program(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What became of a build or of a program: whether that is right, and in a few words."""
+    """The outcome of a build or of a program: whether it is right, and a few words."""
 
     right: bool
     text: str

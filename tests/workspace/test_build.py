@@ -173,7 +173,7 @@ def tutorial(tmp_path_factory, shell) -> Path:
 
 
 def says(workspace: Path, shell: dict[str, str]) -> str:
-    """What the tutorial's node prints, in a terminal that has sourced the workspace."""
+    """Return what the tutorial's node prints, in a terminal that has sourced the workspace."""
     words = ["bash", "--norc", "-c", ". install/setup.bash && exec ros2 run my_package my_node"]
     return subprocess.run(words, cwd=workspace, env=shell, capture_output=True, text=True, timeout=60).stdout
 

@@ -1,4 +1,4 @@
-"""What the learned agent of 3.4 learns from: a good driver, drives that repeat, and examples of how to get out."""
+"""The examples of the learned agent of 3.4: a good driver, drives that repeat, and ways out."""
 
 import numpy as np
 import pytest

@@ -348,7 +348,7 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
 
 @pytest.fixture
 def told(monkeypatch):
-    """What a reader of a cell is told during a drive."""
+    """The remarks for the reader of a cell during a drive."""
     said = []
     monkeypatch.setattr("course.world.lockstep.tellers", [said.append])
     return said

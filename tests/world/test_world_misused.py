@@ -1,4 +1,4 @@
-"""What is given to a world, a simulation or a drive in the place of something else is told at once."""
+"""A wrong argument of a world, a simulation or a drive is reported at once."""
 
 import math
 

@@ -45,7 +45,7 @@ def files(exercise: str, name: str) -> dict[str, bytes]:
 
 
 def seed(exercise: str, name: str) -> int | None:
-    """What the hidden inputs are drawn from: for wrong answers the SEED of the module that has one, else anything."""
+    """Return the seed of the hidden inputs: for wrong answers the SEED of a module that has one, else None."""
     return getattr(load(exercise), "SEED", None) if name in load(exercise).WRONG else None
 
 
