@@ -433,7 +433,7 @@ class GoalRecorder(Recorder):
         if timeout >= NO_LOOK:
             at = "".join(f"\n{where}" for place in places if (where := place(self._name)))
             for tell in tellers:
-                tell(f"After {timeout:g} s this wait for a goal of {self._name} is over, and {what}.{at}")
+                tell(f"The wait for a goal of {self._name} ended after {timeout:g} s: {what}.{at}")
 
     def _end(self) -> str | None:
         return next((event for event in self.table()["event"] if event in self.END), None)

@@ -30,5 +30,5 @@ def check(page: bytes) -> None:
     begin = BEGIN.match(page)
     if not begin or any(not WRITTEN.fullmatch(tag[0]) for tag in TAG.finditer(page, begin.end())):
         raise FeedbackError(
-            "it was not made by the course's grader, or somebody has changed it: ask your instructor for the page"
+            "it was not made by the course's grader, or was changed afterwards: ask your instructor for the page"
         )

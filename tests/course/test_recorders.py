@@ -217,7 +217,7 @@ def test_a_goal_whose_server_cannot_go_on_in_time_is_told_before_the_limit(sessi
     assert capsys.readouterr().err == ""
     monkeypatch.setattr("course.recorders.NO_LOOK", 0.5)
     assert asleep.wait_end(0.5) is None and not asleep.wait_feedback(2, 0.5)
-    over = "After 0.5 s this wait for a goal of /late is over, and"
+    over = "The wait for a goal of /late ended after 0.5 s:"
     here = "\nlate.py is here:\n  late.py, line 11, in execute\n    time.sleep(60)\n"
     assert capsys.readouterr().err == (
         f"{over} the goal has not ended: its last event is 'accepted'.{here}"
