@@ -55,9 +55,8 @@ class EndlessSpin:
             )
         return (
             f"Line {self.line} spins until a future is done, and nothing completes it: no request to {asked} is "
-            "pending. "
-            "Is it the future that `call_async(...)` or `send_goal_async(...)` returned, and did the client wait "
-            "for the server before it sent the request?"
+            "pending. Is it the future that `call_async(...)` or `send_goal_async(...)` returned, and did the client "
+            "wait for the server before it sent the request?"
         )
 
 
