@@ -152,7 +152,7 @@ def _header(path: str, known: os.stat_result, target: str = "", length: int | No
 
 
 def _data(file: int, size: int) -> Iterator[tuple[int, int]]:
-    """Yield the parts of an open file that are no holes: where each begins, and its length."""
+    """Yield where each part of an open file that is not a hole begins, and its length."""
     end = 0
     while end < size:
         try:

@@ -70,7 +70,7 @@ def expect_over(ride: Ride, moment: float, period: float, what: str) -> None:
 
 
 def expect_running(busy: Busy, ride: Ride, running: bool, event: str) -> None:
-    """The goal must have run when something happened, or nothing is known of what that did."""
+    """The goal must have run when something happened, or its effect is unknown."""
     if not running:
         raise Wrong(
             f"A goal of many steps must still run after {Busy.STEPS} of them. Before {event}, it "
@@ -558,7 +558,7 @@ def expect_for_ros(run: Run) -> None:
 
 
 def expect_able(clients: Mapping[str, Encounter]) -> None:
-    """The client must do something of its task, or its errors are no answers."""
+    """The client must do something of its task, or its errors say nothing."""
     run = clients["succeed"]
     with on_wrong(run.again):
         if not run.works():

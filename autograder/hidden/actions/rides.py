@@ -96,7 +96,7 @@ def published_later(goal: Goal, moment: float) -> int:
 def lengths(told: Sequence[Heard]) -> list[float]:
     """Return the times (s) of steps between messages of successive goals, by their publisher's clock.
 
-    A message for a floor that was told before is no step.
+    A message for a floor that was told before is not a step.
     """
     moved = [*told[:1], *(b for a, b in pairwise(told) if a.message.floor != b.message.floor)]
     return [b.published - a.published for a, b in pairwise(moved)]

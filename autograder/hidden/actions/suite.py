@@ -511,7 +511,7 @@ def test_block_is_answered(busy: Busy, slow: Slow) -> None:
         if min(seen.took) > SOON:
             raise Wrong(
                 f"{BLOCK} must answer at once, also while a goal runs; it answered only after a step, each time. Does "
-                "its callback wait for something, or was no thread free?",
+                "its callback wait for something, or were all threads busy?",
                 f"{seen.took} s",
             )
         if not all(seen.success):

@@ -1,4 +1,4 @@
-"""Rooms that nobody has seen, drawn anew for each grading, and what is asked of a drive through one."""
+"""Rooms that nobody has seen, drawn for each grading, and what is asked of a drive through one."""
 
 import math
 import random
@@ -104,7 +104,7 @@ def look_back(simulation: Simulation) -> Driven:
 def new_ground(path: np.ndarray) -> list[float]:
     """Return the distance (m) of each pose of a path from all ground before; 0 for less than MARK.
 
-    So back and forth is no way along a wall.
+    So driving back and forth does not count as following a wall.
     """
     marks, found = path[:1, 1:3], [0.0]
     for place in path[1:, 1:3]:

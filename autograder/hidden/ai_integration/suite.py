@@ -410,7 +410,7 @@ def test_no_measurements(follower: Follower, eye: Eye, rng: random.Random) -> No
         scan = plain.flat(rng, **true)
         for sector in BOTH:
             scan = plain.change(scan, rng, sector, value, SOME)
-        expect(scan, true, f"With {what} in some beams, which is no measurement")
+        expect(scan, true, f"With {what} in some beams, which is not a measurement")
         if math.isnan(value):  # now that something near was seen
             about = "With NaN in every beam of the scan, so that all is free (inf)"
             expect(plain.scan([NAN] * plain.beams), {"front": INF, "right": INF}, about)

@@ -602,7 +602,7 @@ def test_client_shows_message(runs: ClientRuns) -> None:
     expect_message(call, "with a server that refuses", "")
     if runs.refused_unknown.reached:  # that it calls, another test judges
         doing = "with a server that refuses an operation that only the server knows"
-        expect_message(runs.refused_unknown, doing, ", also when an operation is refused that is no division")
+        expect_message(runs.refused_unknown, doing, ", also when an operation other than a division is refused")
 
 
 def expect_message(call: Call, doing: str, also: str) -> None:

@@ -167,7 +167,7 @@ def test_success(motors: Motors) -> None:
 
 
 def expect_success_after_refusal(motors: Motors) -> None:
-    """A refusal is of one request alone: what is asked next is none, whatever it is."""
+    """A refusal is of one request alone: the next one may be anything else."""
     right_after = f", right after a refused {ENABLE}"
     if motors.status_answers and motors.bring(STOPPED) and motors.attempt(ENABLE, True) is not None:
         expect_success(motors.status(), True, f"{STATUS}{right_after}", STOPPED)
@@ -191,7 +191,7 @@ def expect_success_often(motors: Motors) -> None:
         if not response.success:
             raise Wrong(
                 f"Motors that were not stopped were enabled and disabled again and again. {ENABLE} with data {on} is "
-                "no error, however often: success must be True. In the end it was False, with the message "
+                "not an error, however often: success must be True. In the end it was False, with the message "
                 f"{quoted(response.message)}."
             )
 
@@ -200,7 +200,7 @@ def expect_success(response: Any, wanted: bool, request: str, state: str) -> Non
     """A response must have this `success`."""
     if response.success != wanted:
         raise Wrong(
-            f"{request}, when the motors are {state}, {'is no error' if wanted else 'is refused'}: success must be "
+            f"{request}, when the motors are {state}, {'is not an error' if wanted else 'is refused'}: success must be "
             f"{wanted}. It is {response.success}, with the message {quoted(response.message)}."
         )
 
