@@ -240,7 +240,7 @@ def test_a_command_waits_for_a_release_at_its_date(quiet, monkeypatch):
     try:
         assert begun.wait(60)
         monkeypatch.setattr(hub, "PATIENCE", 0.2)
-        with pytest.raises(UsageError, match="is at work"), hub.alone(quiet):
+        with pytest.raises(UsageError, match="command is running"), hub.alone(quiet):
             pass
         monkeypatch.setattr(hub, "PATIENCE", 60.0)
         threading.Timer(0.3, may_end.set).start()

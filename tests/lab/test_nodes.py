@@ -181,7 +181,7 @@ def test_a_death_has_the_time_at_which_it_died_whoever_looks_later(kernel, page)
 
 
 def test_what_is_not_there_is_told_in_a_sentence(page):
-    assert "nothing called unknown" in page.ask("nodes.restart", name="unknown")["error"]
+    assert "no node or file called unknown" in page.ask("nodes.restart", name="unknown")["error"]
     assert page.ask("nodes.stop", name="unknown")["result"] is None
 
 

@@ -178,7 +178,7 @@ def test_a_return_in_a_finally_is_told_when_something_stands_below_it(tmp_path, 
     monkeypatch.chdir(tmp_path)
     body = f"    try:\n        answer = ask()\n    finally:\n        {last}\n" + (f"    {below}\n" if below else "")
     (tmp_path / "client.py").write_text(f"def main():\n{body}\nsys.exit(main())\n")
-    says = "\n  client.py, line 5\n    return 0\nThis `return` stands in `finally`"
+    says = "\n  client.py, line 5\n    return 0\nThis `return` is in `finally`"
     assert return_in_finally("client.py").startswith(says) == told == bool(return_in_finally("client.py"))
     assert (says in printed_status("client.py", "", 0)) == (says in why_silent("client.py")) == told
 

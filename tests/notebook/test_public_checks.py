@@ -551,6 +551,8 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
         ("np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)", "(angles + math.pi) % (2 * math.pi) - math.pi",
          ("it is told (0.0, 0.5): that is for something nearer than 0.5 m in front. The angles of a scan are in "
           "radians, those of the sectors in wall_follower.py are in degrees")),
+        each_night("ranges[usable & (low <= degrees) & (degrees < high)]", "ranges[usable]",
+                   "nearer than 0.5 m in front. Outside of the two sectors, this scan shows 0.15 m everywhere"),
         each_night("linear.x", "linear.y",
                    "it is told (0.0, -0.0): its linear.y=0.3 does nothing, the speeds are linear.x and"),
         pytest.param("        self.scan_time = self", "        self.scan_time = self.scan_time or self",

@@ -132,7 +132,7 @@ def test_a_request_that_a_server_with_an_old_definition_drops_is_not_waited_for(
     ("body", "spin", "says"),
     [
         ("exit()", SPIN, "Line 16 ends the whole program, not only 'ask'."),
-        ("exit()", THREADS, "'ask' never returns after that, and the program goes on"),
+        ("exit()", THREADS, "'ask' never returns after that, but the program keeps running, so nobody"),
         ("self.misspelt()", THREADS, "AttributeError: 'Server' object has no attribute 'misspelt'"),
     ],
 )
