@@ -47,6 +47,7 @@ def test_a_student_works_hands_in_and_keeps_the_archive(lab, page):
     dialog = page.get_by_role("dialog")
     expect(dialog).to_contain_text("greeter.py, greeter.ipynb")
     expect(dialog).not_to_contain_text("Careful")
+    expect(dialog).to_contain_text("Not answered: why (3 points).")
     dialog.get_by_label("Your name on the course").fill("Ada Lovelace")
     dialog.get_by_role("button", name="Hand in", exact=True).click()
     page.get_by_text("Running the public checks").first.wait_for()

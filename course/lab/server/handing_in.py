@@ -53,6 +53,7 @@ class HandingIn(Beside):
             "known": hand_in.known(),
             "files": list(found.files),
             "doubts": found.doubts,
+            "unanswered": found.unanswered,
             "checks": [cell.name for cell in found.cells if cell.public_check],
         }
         if agreed != found.doubts:

@@ -14,6 +14,7 @@ export interface Ask {
   known: boolean; // the student has logged in by this name, so it is not asked for
   files: string[];
   doubts: { [file: string]: string };
+  unanswered: string; // a sentence on questions without an answer, or nothing
   checks: string[];
   failed?: { [check: string]: string }; // what checks that have failed say, if that is what is asked about
 }
@@ -174,6 +175,9 @@ async function ask(question: Ask, before: string): Promise<string | null> {
     body.append(careful('Careful:', doubts));
   }
   body.append(element('p', '', `You hand in: ${question.files.join(', ')}.`));
+  if (question.unanswered) {
+    body.append(element('p', '', question.unanswered));
+  }
   const input = document.createElement('input');
   input.className = 'jp-mod-styled';
   input.placeholder = question.name; // which counts for an empty field
