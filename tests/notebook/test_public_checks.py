@@ -699,7 +699,7 @@ SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
         each_night("parameters", "pid-node", "pid_node.py", "time.monotonic()", "time.monotonic_ns()",
                    ", 1,000,000,000 times as much: is the step in nanoseconds?"),
         each_night("actions", "lift-server", "lift_server.py", STORED, BEHIND_THE_LOCK,
-                   "self.newest = goal_handle\nThis stores the new goal only when it has the lock, after the end of"),
+                   "self.newest = goal_handle\nThis stores the new goal only when it has the lock,"),
         each_night("actions", "lift-server", "lift_server.py",
                    "self.newest = goal_handle", "self.new_est = goal_handle",
                    "the feedback (floor, stops_left) was [], and the goal ended as aborted"),
@@ -1614,7 +1614,7 @@ SENTENCES = [
         "lift_server.py",
         "        self.blocked = request.data\n        response.success = True\n",
         "        response.success = self.blocked != request.data\n        self.blocked = request.data\n",
-        "/lift/block must answer with success also when a free shaft is freed: ",
+        "/lift/block must answer with success, also when a free shaft is freed: ",
     ),
     each_night(
         "actions",
