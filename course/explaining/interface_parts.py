@@ -190,7 +190,7 @@ def not_a_message(found: re.Match[str], source: str) -> str:
         fields = list(getattr(importlib.import_module(module), name).get_fields_and_field_types())
     except (ImportError, AttributeError):
         fields = []
-    how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else ", and set its fields"
+    how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else f" with brackets, `{name}()`, and set its fields"
     return f"`publish` takes a message of the topic's type. Create a {name}{how}."
 
 

@@ -50,16 +50,20 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
 def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the nodes with callbacks or clients that a file makes and never gives to what spins its other nodes."""
     classes = {cls.name: cls for cls in node_classes(tree)}
+    own = {each.name for each in walk(tree) if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))}
     if not any(SPINS.search(name_of(node.func)) for node in walk(tree) if isinstance(node, ast.Call)):
         return
-    for node in (each for each in walk(tree) if isinstance(each, ast.Assign)):
+    makers = {"Node", "create_node", *classes}
+    assigned = [
+        each for each in walk(tree) if isinstance(each, ast.Assign) and name_of(_function(each.value)) in makers
+    ]
+    others = {name_of(each.targets[0]) for each in assigned}
+    for node in assigned:
         target, made = node.targets[0], node.value
-        if not isinstance(made, ast.Call) or name_of(made.func) not in {"Node", "create_node", *classes}:
-            continue
-        cls = classes.get(name_of(made.func))
+        cls = classes.get(name_of(_function(made)))
         inside_it = [call for call in walk(cls) if isinstance(call, ast.Call)] if cls else []
-        if any(name_of(each) == "self" for call in inside_it if SPINS.search(name_of(call.func)) for each in call.args):
-            continue  # it spins itself
+        if any(_may_spin(call, own, others) for call in inside_it):
+            continue
         alike = (each for each in walk(tree) if isinstance(each, (ast.Name, ast.Attribute)))
         same = [each for each in alike if type(each) is type(target) and name_of(each) == name_of(target)]
         parts = [each for each in walk(tree) if isinstance(each, ast.Attribute) and each.value in same]
@@ -73,6 +77,21 @@ def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
                     "`executor.add_node(...)`."
                 ),
             )
+
+
+def _function(value: ast.expr) -> ast.expr | None:
+    return value.func if isinstance(value, ast.Call) else None
+
+
+def _may_spin(call: ast.Call, own: Collection[str], others: Collection[str]) -> bool:
+    """Return True for a call in a class that spins its node, or something else than the `others`, or may do so.
+
+    A function of the file, one of its `own`, may spin the node that it is given.
+    """
+    given = [*call.args, *(each.value for each in call.keywords)]
+    if SPINS.search(name_of(call.func)):
+        return bool(given) and name_of(given[0]) not in others
+    return name_of(call.func) in own and any(isinstance(each, ast.Name) and each.id == "self" for each in given)
 
 
 def _results(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -211,6 +211,8 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
         return f"Text is written in quotation marks: `'{name}'`."
     if text := _without_quotes(found, source, code):
         return text
+    if name == "node" and _is_in_a_method(source):
+        return "In a method the node is `self`."
     if field := _of_the_request(name, source, code):
         return f"`{name}` is a field of the request: write `{field}`."
     for module, short in (("math", "math"), ("numpy", "np")):
@@ -223,11 +225,42 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
+def _is_in_a_method(source: str) -> bool:
+    """Return True if only methods of a node use a name `node` that they have not set."""
+    using = []
+    for function in functions(parse(source)):
+        names = [each for each in walk(function) if isinstance(each, ast.Name) and each.id == "node"]
+        known = any(isinstance(each.ctx, ast.Store) for each in names)
+        known |= "node" in {each.arg for each in function.args.args}
+        using += [function] * (bool(names) and not known)
+    return bool(using) and all(each.args.args and each.args.args[0].arg == "self" for each in using)
+
+
 OF_MATH = ("inf", "nan", "pi", "degrees", "radians", "isinf", "isnan", "sqrt", "sin", "cos")
 
 
 OF_PARAMETERS = ("declare_parameter", "get_parameter", "get_parameter_or", "has_parameter", "undeclare_parameter")
 SHORT = 2  # letters of a name that may well be an index: `ranges[i]`
+
+
+def _node_to_spin(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a client that is spun in the place of its node."""
+    spun = (node for node in walk(line_tree(code)) if isinstance(node, ast.Call) and "spin" in name_of(node.func))
+    return next(
+        (f"The first argument of `{name_of(call.func)}` is the node, in its methods `self`." for call in spun), ""
+    )
+
+
+def _no_arguments(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on the arguments of main(), which are None where it is called without any."""
+    for main in (each for each in functions(parse(source)) if each.name == "main"):
+        for given in main.args.args:
+            if re.search(rf"\blen\({given.arg}\)", code):
+                return (
+                    f"`{given.arg}` is None, because main() is called without arguments. The words of the command line "
+                    "are in `sys.argv`."
+                )
+    return ""
 
 
 def _without_quotes(found: re.Match[str], source: str, code: str) -> str:
@@ -344,6 +377,15 @@ TABLE: tuple[tuple[str, Hint], ...] = (
     (r"'Namespace' object has no attribute '(\w+)'", _option),
     (r"'[<>]=?' not supported between instances of 'str' and '(?:float|int)'", _keys_unpacked),
     (r"publish_feedback\(\) takes 2 positional arguments", _feedback),
+    (
+        r"ActionServer\.__init__\(\) takes 5 positional arguments",
+        _says(
+            "The first four arguments of an `ActionServer` are the node, the type, the name and the execute callback. "
+            "The others have names: `goal_callback=...`, `handle_accepted_callback=...`, `cancel_callback=...`."
+        ),
+    ),
+    (r"'(?:Action)?Client' object has no attribute 'subscriptions'", _node_to_spin),
+    (r"object of type 'NoneType' has no len\(\)", _no_arguments),
     (r"(Action(?:Server|Client))\.__init__\(\) missing \d required positional argument", _first_the_node),
     (r"^TypeError: Duration\.__init__\(\) takes 1 positional", _says(BY_NAME)),
     (r"object\.__init__\(\) takes exactly one argument", _no_base),

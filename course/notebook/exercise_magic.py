@@ -29,12 +29,13 @@ from course.notebook.stubs import keep_copy
 from course.session.live import current, live
 
 ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
+PACKAGE = "my_package"  # of an interface whose cell names none
 
 
 @magic_arguments()
 @argument("file", help="the file to write, beside the notebook")
 @argument("--no-start", action="store_true", help="only write a .py file")
-@argument("--package", default="my_package", help="the ROS package that a .srv, .msg or .action belongs to")
+@argument("--package", default=PACKAGE, help="the ROS package that a .srv, .msg or .action belongs to")
 @argument("arguments", nargs="*", help="the program's own arguments, after --")
 def exercise(line: str, cell: str) -> None:
     """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
@@ -58,7 +59,8 @@ def exercise(line: str, cell: str) -> None:
             "%%exercise takes the name of a .py, .srv, .msg or .action file beside the notebook"
             + (f". The checks of this exercise use {files}" if files else "")
         )
-    if why := not_wanted(path.name):
+    package = f" --package {options.package}" if options.package != PACKAGE else ""
+    if why := not_wanted(path.name, package):
         print(f"note: {why}", file=sys.stderr)
     session = current()
     if session and (why := session.elsewhere):

@@ -24,13 +24,16 @@ def wanted_files(folder: Path = Path()) -> list[str]:
     return sorted(found)
 
 
-def not_wanted(name: str) -> str:
-    """Return a sentence for the name of a file that no check in the kernel's folder uses; '' for one that is used."""
+def not_wanted(name: str, options: str = "") -> str:
+    """Return a sentence for the name of a file that no check in the kernel's folder uses; '' for one that is used.
+
+    The cell begins with `%%exercise NAME`, and these options.
+    """
     wanted = wanted_files()
     if not wanted or name in wanted:
         return ""
     near = difflib.get_close_matches(name, wanted, 1, ALIKE)
-    meant = f" If it should be {near[0]}, begin the cell with `%%exercise {near[0]}`." if near else ""
+    meant = f" If it should be {near[0]}, begin the cell with `%%exercise {near[0]}{options}`." if near else ""
     return f"{name} is not a file that the checks of this exercise use ({', '.join(wanted)}).{meant}"
 
 

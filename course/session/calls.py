@@ -334,7 +334,10 @@ class Calls:
                 raise CallTimeout(f"nothing will arrive within {timeout:g} s.{at}")
 
         if self._done(future, time.monotonic() + timeout, look):
-            return future.result()
+            result = future.result()
+            if getattr(result, "accepted", True) is False:  # a goal: why its server has rejected it is known before
+                self.watch.look()
+            return result
         raise CallTimeout(f"nothing arrived within {timeout:g} s{self._unserved(future) or self._doing('')}")
 
     def _unserved(self, future: Future) -> str:

@@ -997,6 +997,15 @@ def main():
         ({"main": "for each in (stop, motors): executor.add_node(each)"}, 0, ""),
         ({"stop": "self.publisher = self.create_publisher(String, 'a', 10)"}, 0, ""),
         ({"stop": "self.create_client(SetBool, 'a'); rclpy.spin_until_future_complete(self, ask())"}, 0, ""),
+        *(
+            ({"stop": f"self.create_client(SetBool, 'a'); {spins}"}, 0, "")
+            for spins in (
+                "rclpy.spin_until_future_complete(node=self, future=ask())",
+                "rclpy.spin_once(node=self, timeout_sec=0.1)",
+                "rclpy.spin_until_future_complete(self.client, ask())",  # an error says more
+                "main(self)",  # a function of the file, which may spin it
+            )
+        ),
         ({"spins": "run(motors)"}, 0, ""),  # somewhere else, perhaps with all nodes of the program
         ({"main": "executor.add_node(stop)", "uses": "self.helper.create_client(AddTwoInts, 'b')"}, 9, "self.helper"),
         (

@@ -19,7 +19,7 @@ from course.errors import ExerciseError, InterfaceError, LiveError, NodeFailed
 from course.foundation.waiting import wait_until
 from course.notebook import exercise_magic, judging
 from course.notebook.exercise_magic import exercise
-from course.notebook.exercise_names import left_behind
+from course.notebook.exercise_names import left_behind, not_wanted
 from course.session import live
 
 ASK = "import agent; print(agent.answer())"
@@ -488,6 +488,7 @@ def test_a_file_that_no_check_uses_is_told_with_the_name_that_is_meant(folder, c
     )
     exercise("relay.py --no-start", "pass\n")
     assert capsys.readouterr().err == ""
+    assert not_wanted("ask.srv", " --package mine").endswith("begin the cell with `%%exercise Ask.srv --package mine`.")
     with pytest.raises(UsageError, match=r"The checks of this exercise use Ask\.srv, relay\.py"):
         exercise("relay2", "pass\n")
 
