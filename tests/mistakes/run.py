@@ -32,6 +32,15 @@ class Shown:
     stayed: float = 0.0  # s from ■ to the end of the cell
 
 
+# The reference answer is what lies there now, though a cell of the mistake before was refused.
+WRITTEN = """
+from pathlib import Path
+from course.notebook.file_differences import remember, unwritten
+for path in filter(unwritten, Path().glob("*.py")):
+    remember(path, path.read_text())
+"""
+
+
 class Kernels:
     """A kernel for each exercise, in a folder with the reference answer and the notebook."""
 
@@ -52,6 +61,7 @@ class Kernels:
         for file in (SOLUTIONS / mistake.exercise).iterdir():
             if file.is_file():
                 shutil.copyfile(file, kernel.folder / file.name)
+        kernel.run(WRITTEN)
         kernel.run(f"%reset -f\n{SESSION}\nros.stop()")  # no mistake leans on the names of another
         for file in sorted((SOLUTIONS / mistake.exercise).glob("*.srv")):
             kernel.run(exercise_cell(mistake.exercise, file.name))
