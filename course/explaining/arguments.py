@@ -213,15 +213,21 @@ def called_by_hand(found: re.Match[str], source: str, code: str) -> str:
     name, tree = found[1], parse(source)
     if not any(isinstance(call.func, ast.Attribute) for call in calls(line_tree(code), name)):
         return ""
-    for maker, signature in TAKES.items():
-        passed = signature.strip("()").removeprefix("self, ")
-        for call in calls(tree, maker):
-            if name in map(name_of, [*call.args, *(keyword.value for keyword in call.keywords)]):
-                return (
-                    f"This line calls the callback `{name}` itself. ROS 2 calls it, and passes `{passed}` to it. Put "
-                    "what both need into a method of its own."
-                )
+    for maker, given in _given_to_makers(tree):
+        if name_of(given) == name:
+            passed = TAKES[maker].strip("()").removeprefix("self, ")
+            return (
+                f"This line calls the callback `{name}` itself. ROS 2 calls it, and passes `{passed}` to it. Put what "
+                "both need into a method of its own."
+            )
     return ""
+
+
+def _given_to_makers(tree: ast.AST) -> Iterator[tuple[str, ast.expr]]:
+    """Yield each argument of what makes a callback, with its maker."""
+    for maker in TAKES:
+        for call in calls(tree, maker):
+            yield from ((maker, each) for each in (*call.args, *(keyword.value for keyword in call.keywords)))
 
 
 def argument_count(found: re.Match[str], source: str) -> str:
@@ -233,13 +239,11 @@ def argument_count(found: re.Match[str], source: str) -> str:
                 f"`@property` in line {line} has `self.{name}` call the function at once, without arguments. A "
                 "callback is a plain method: leave it out."
             )
-    for maker, signature in TAKES.items():
-        for call in calls(parse(source), maker):
-            given = [*call.args, *(keyword.value for keyword in call.keywords)]
-            if any(isinstance(each, ast.Call) and name_of(each.func) == name for each in given):
-                return f"This line calls `{name}()` at once. Pass the method itself, without brackets: `self.{name}`."
-            if any(name_of(each) == name for each in given):
-                return f"`{maker}` calls `{name}`, which must take {signature}."
+    for maker, given in _given_to_makers(parse(source)):
+        if isinstance(given, ast.Call) and name_of(given.func) == name:
+            return f"This line calls `{name}()` at once. Pass the method itself, without brackets: `self.{name}`."
+        if name_of(given) == name:
+            return f"`{maker}` calls `{name}`, which must take {TAKES[maker]}."
     if name in BY_NAME and "positional arguments but" in found.string:
         return _by_name(name, source)
     if name in without_self(source):

@@ -100,6 +100,7 @@ from course.explaining.source import (
     called_callback,
     calls,
     functions,
+    given_callbacks,
     hidden_method,
     hides_rclpy,
     inside,
@@ -244,11 +245,9 @@ def _not_callable(found: re.Match[str], source: str) -> str:
     if called := called_callback(source):
         method, line = called
         return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
-    for maker, place in CALLBACKS.items():
-        for call in calls(parse(source), maker):
-            given = argument(call, *place)
-            if isinstance(given, ast.Constant) and isinstance(given.value, str):
-                return f"Line {call.lineno}: a callback is the method itself, not a text: `self.{given.value}`."
+    for call, given in given_callbacks(parse(source)):
+        if isinstance(given, ast.Constant) and isinstance(given.value, str):
+            return f"Line {call.lineno}: a callback is the method itself, not a text: `self.{given.value}`."
     return "What is called here is not a function. Pass a callback by its name, without brackets: `self.add`."
 
 

@@ -534,7 +534,12 @@ def functions_of(node: ast.ClassDef) -> list[ast.FunctionDef | ast.AsyncFunction
 
 def callbacks(tree: ast.AST) -> set[str]:
     """Return the names of the functions that a text gives to rclpy as callbacks; '' for what has no name."""
-    return {name_of(argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker)}
+    return {name_of(given) for _, given in given_callbacks(tree)}
+
+
+def given_callbacks(tree: ast.AST) -> Iterator[tuple[ast.Call, ast.expr | None]]:
+    """Yield each call that gives a callback to rclpy, and what it gives; None if that is not to be seen."""
+    return ((call, argument(call, *place)) for maker, place in CALLBACKS.items() for call in calls(tree, maker))
 
 
 def spins_in_a_callback(source: str) -> ast.Call | None:
@@ -593,13 +598,11 @@ def called_callback(source: str) -> tuple[str, int] | None:
     """Return the method that is called where it should be passed as a callback, and the line of the call."""
     tree = parse(source)
     own = methods(source) - _makers(tree)
-    for name, where in CALLBACKS.items():
-        for call in calls(tree, name):
-            given = argument(call, *where)
-            if not isinstance(given, ast.Call) or given.args or given.keywords:
-                continue  # what takes arguments may make the callback
-            if name_of(given.func) in own:
-                return name_of(given.func), given.lineno
+    for _, given in given_callbacks(tree):
+        if not isinstance(given, ast.Call) or given.args or given.keywords:
+            continue  # what takes arguments may make the callback
+        if name_of(given.func) in own:
+            return name_of(given.func), given.lineno
     return None
 
 

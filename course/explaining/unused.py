@@ -50,17 +50,16 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
 def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the nodes with callbacks or clients that a file makes and never gives to what spins its other nodes."""
     classes = {cls.name: cls for cls in node_classes(tree)}
-    own = {each.name for each in walk(tree) if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))}
     if not any(SPINS.search(name_of(node.func)) for node in walk(tree) if isinstance(node, ast.Call)):
         return
+    own = {each.name for each in walk(tree) if isinstance(each, (ast.FunctionDef, ast.AsyncFunctionDef))}
     makers = {"Node", "create_node", *classes}
-    assigned = [
-        each for each in walk(tree) if isinstance(each, ast.Assign) and name_of(_function(each.value)) in makers
-    ]
+    made_by = {each: name_of(getattr(each.value, "func", None)) for each in walk(tree) if isinstance(each, ast.Assign)}
+    assigned = {each: maker for each, maker in made_by.items() if maker in makers}
     others = {name_of(each.targets[0]) for each in assigned}
-    for node in assigned:
-        target, made = node.targets[0], node.value
-        cls = classes.get(name_of(_function(made)))
+    for node, maker in assigned.items():
+        target = node.targets[0]
+        cls = classes.get(maker)
         inside_it = [call for call in walk(cls) if isinstance(call, ast.Call)] if cls else []
         if any(_may_spin(call, own, others) for call in inside_it):
             continue
@@ -77,10 +76,6 @@ def _unspun(tree: ast.Module) -> Iterator[tuple[int, str]]:
                     "`executor.add_node(...)`."
                 ),
             )
-
-
-def _function(value: ast.expr) -> ast.expr | None:
-    return value.func if isinstance(value, ast.Call) else None
 
 
 def _may_spin(call: ast.Call, own: Collection[str], others: Collection[str]) -> bool:

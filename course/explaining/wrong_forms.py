@@ -229,10 +229,9 @@ def _is_in_a_method(source: str) -> bool:
     """Return True if only methods of a node use a name `node` that they have not set."""
     using = []
     for function in functions(parse(source)):
-        names = [each for each in walk(function) if isinstance(each, ast.Name) and each.id == "node"]
-        known = any(isinstance(each.ctx, ast.Store) for each in names)
-        known |= "node" in {each.arg for each in function.args.args}
-        using += [function] * (bool(names) and not known)
+        used = any(isinstance(each, ast.Name) and each.id == "node" for each in walk(function))
+        known = _times_set("node", function) or "node" in {each.arg for each in function.args.args}
+        using += [function] * (used and not known)
     return bool(using) and all(each.args.args and each.args.args[0].arg == "self" for each in using)
 
 
@@ -268,17 +267,21 @@ def _without_quotes(found: re.Match[str], source: str, code: str) -> str:
     name, line = found[1], line_tree(code)
     for maker in OF_PARAMETERS:
         for call in calls(line, maker):
-            if isinstance(argument(call, 0, "name"), ast.Name) and name_of(argument(call, 0, "name")) == name:
+            given = argument(call, 0, "name")
+            if isinstance(given, ast.Name) and given.id == name:
                 return f"The name of a parameter is a text: `{maker}('{name}')`."
-    stored = [node for node in walk(parse(source)) if name_of(node) == name and isinstance(node, ast.Name)]
-    stored = [node for node in stored if isinstance(node.ctx, ast.Store)]
-    here = [node for node in walk(line) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)]
-    if len(name) <= SHORT or len(stored) != [node.id for node in here].count(name):
-        return ""  # a variable of the text, or an index
+    if len(name) <= SHORT or _times_set(name, parse(source)) != _times_set(name, line):
+        return ""  # an index, or a variable of the text
     for node in walk(line):
         if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Name) and node.slice.id == name:
             return f"A key that is a text stands in quotation marks: `{ast.unparse(node.value)}['{name}']`."
     return ""
+
+
+def _times_set(name: str, tree: ast.AST) -> int:
+    return sum(
+        isinstance(each, ast.Name) and each.id == name and isinstance(each.ctx, ast.Store) for each in walk(tree)
+    )
 
 
 def value_for_a_name(found: re.Match[str], source: str, code: str) -> str:

@@ -257,8 +257,9 @@ class Graph:
     # --- looking ---
 
     def nodes(self, *, hidden: bool = False) -> list[NodeName]:
-        """Return the nodes; two nodes of the same name are listed twice, and a name that is not valid text is "
-        "escaped."""
+        """Return the nodes; two nodes of the same name are listed twice, and a name that is not valid text is
+        escaped.
+        """
         found, _ = names_and_namespaces(self.handle)
         return [
             NodeName(name, namespace, f"{namespace.rstrip('/')}/{name}")

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from course.explaining.source import CALLBACKS, argument, calls, functions, name_of, parse
+from course.explaining.source import argument, callbacks, calls, functions, name_of, parse
 from course.foundation.syntax import walk
 from course.ros.names import SERVICES_OF_EVERY_NODE, base, can_be, is_of_every_node
 from course.session.node_process import NodeProcess
@@ -89,7 +89,6 @@ def client_for_service(source: str, service: str) -> str:
 def never_made(place: str, source: str, service: str) -> str:
     """Return lines about a `create_service` for `service` that has not run: in a callback, or behind a `return`; ''."""
     tree = parse(source)
-    callbacks = {name_of(argument(call, *where)) for maker, where in CALLBACKS.items() for call in calls(tree, maker)}
     for function in functions(tree):
         for call in calls(function, "create_service"):
             name = argument(call, *MAKERS["create_service"])
@@ -97,7 +96,7 @@ def never_made(place: str, source: str, service: str) -> str:
                 continue
             code = source.splitlines()[call.lineno - 1].strip()
             at = f"\n  {place}, line {call.lineno}, in {function.name}\n    {code}"
-            if function.name in callbacks:
+            if function.name in callbacks(tree):
                 return (
                     f"{at}\nThis is in a callback, and runs only when that is called. Make the service in `__init__`."
                 )

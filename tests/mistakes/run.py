@@ -61,8 +61,7 @@ class Kernels:
         for file in (SOLUTIONS / mistake.exercise).iterdir():
             if file.is_file():
                 shutil.copyfile(file, kernel.folder / file.name)
-        kernel.run(WRITTEN)
-        kernel.run(f"%reset -f\n{SESSION}\nros.stop()")  # no mistake leans on the names of another
+        kernel.run(f"{WRITTEN}%reset -f\n{SESSION}\nros.stop()")  # no mistake leans on the names of another
         for file in sorted((SOLUTIONS / mistake.exercise).glob("*.srv")):
             kernel.run(exercise_cell(mistake.exercise, file.name))
             kernel.run(IMPORTS[mistake.exercise])
