@@ -1,6 +1,7 @@
 """One submission being graded: its files, its programs, its ROS domains and its clock."""
 
 import random
+import socket
 from collections import Counter
 from collections.abc import Callable, Mapping
 
@@ -12,8 +13,8 @@ from autograder.sandbox.program import Program
 from autograder.suitekit.clock import Clock
 from autograder.suitekit.ros import Ros
 from autograder.suitekit.runs import Run, drawn
+from course.session.domains import claim_domain
 
-DOMAINS = range(1, 100)
 COMMON = {"", 0.0, 1.0, 2.0, 3.0}  # not worth hiding: they are in every program
 
 
@@ -42,10 +43,9 @@ class Bench:
         self.seed = seed
         self._nodes: list[Ros] = []
         self._threads = threads
-        # In another order each time, so that no program can tell from its domain what is being tested.  The order does
-        # not depend on the seed: without a sandbox, simultaneous gradings must not use the same domain.
-        domains = threads.domains if threads else DOMAINS
-        self._domains = random.sample(domains, len(domains))
+        # In another order each time, so that no program can tell from its domain what is being tested.
+        self._domains = random.sample(threads.domains, len(threads.domains)) if threads else []
+        self._claims: list[socket.socket] = []  # of its domains without a sandbox, until the process ends
         self.early: Mapping[str, Run] = {}
         self._hidden: set[float | str] = set()
         self.nodeless: Counter[str] = Counter()  # by file: in how many worlds its program has shown no node
@@ -58,7 +58,14 @@ class Bench:
         return random.Random(f"{self.seed} {name}")
 
     def new_domain(self) -> int:
-        """Return a ROS domain that this grading has not used yet, so that no earlier messages are received in it."""
+        """Return a ROS domain that this grading has not used yet, so that no earlier messages are received in it.
+
+        Without a sandbox it is one that nobody else on this machine uses; raises LiveError if all are in use.
+        """
+        if self._threads is None:
+            claim, domain = claim_domain()
+            self._claims.append(claim)
+            return domain
         if not self._domains:
             raise TimedOut(
                 "Not tested: the tests before have used up the starts that the grader has for your programs. It starts "

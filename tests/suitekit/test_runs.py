@@ -20,6 +20,7 @@ from autograder.suitekit.runs import (
     expect_usage,
     expect_words,
 )
+from course.session.domains import claim_domain
 
 DOING = "without a server"
 
@@ -222,6 +223,16 @@ def test_no_program_can_tell_from_its_domain_what_is_tested():
         for bench in (Bench({}, None, threads, None, 7) for _ in "ab")
     }
     assert len(orders) == 2 and {frozenset(order) for order in orders} == {frozenset(threads.domains)}
+
+
+def test_without_a_sandbox_no_domain_is_used_that_anybody_else_uses():
+    bench = Bench({}, None, None, None, 7)
+    used = {bench.new_domain() for _ in range(3)}
+    claims, domains = zip(*(claim_domain() for _ in range(3)), strict=True)
+    used |= {bench.new_domain() for _ in range(3)}
+    assert len(used) == 6 and used.isdisjoint(domains)
+    for claim in claims:
+        claim.close()
 
 
 def test_starts_that_are_used_up_are_not_laid_to_the_programs():
