@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 
 from autograder.errors import Wrong
 from autograder.suitekit.bench import Bench
+from autograder.suitekit.lifecycle import State
 from autograder.suitekit.live import LiveProgram
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE, own_topics, short
 
@@ -56,7 +57,12 @@ class TopicProgram(LiveProgram):
         return [*self.args, *(["--ros-args", *rules] if rules else [])]
 
     def up(self, *wanted: str) -> None:
-        """Do as `Lifecycle.up`; restart the program with remapping when a topic has another name."""
+        """Do as `Lifecycle.up`; restart the program with remapping when a topic has another name.
+
+        A name that another program of the file has shown meanwhile is not waited for once more.
+        """
+        if self.state is State.STARTING and not self.renamed.keys() <= self._known:
+            self.forget()
         try:
             super().up(*wanted)
         except Wrong:

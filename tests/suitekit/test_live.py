@@ -3,15 +3,18 @@
 import os
 from collections import Counter
 from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 
 from autograder.errors import TimedOut
 from autograder.suitekit import live, renaming
+from autograder.suitekit.clock import Clock
 from autograder.suitekit.live import LiveProgram, offer
 from autograder.suitekit.renaming import Renamed, Topic, TopicProgram
 from autograder.suitekit.topics import PUBLISH, SUBSCRIBE
 
+FORCE = ("/force", "a/msg/Whole")
 LIFT = "the action /lift (a/action/Lift)"
 
 
@@ -67,6 +70,42 @@ def test_a_topic_of_another_type_is_named(monkeypatch, topic, kind, said):
     program._offers = dict.fromkeys(program.topics, lambda: False)
     assert program.mistyped(("one", "other")) == said
     assert program.mistyped(("other",)) == ""
+
+
+class Misnamed(TopicProgram):
+    """A node that publishes on /force, unless a rule replaces that; it counts how often it is waited for."""
+
+    topics: ClassVar = {"one": Topic("effort", "a/Whole", PUBLISH)}
+
+    def __init__(self, bench, renamed):
+        super().__init__(bench, "node.py", renamed=renamed)
+        self.ros, self.lines, self.waits = None, [], 0
+
+    def launch(self):
+        self.lines.append([*self.command_line])
+        self._offers = {"one": lambda: "/force:=/effort" in self.lines[-1]}
+        return SimpleNamespace(alive=True, kill=lambda why: None)
+
+    def has_node(self):
+        return True
+
+    def wait_until(self, condition, timeout):
+        self.waits += not condition()
+        return condition()
+
+
+def test_a_name_that_another_program_of_the_file_has_shown_is_not_waited_for_again(monkeypatch):
+    for module in (live, renaming):
+        monkeypatch.setattr(module, "own_topics", lambda ros, publish=SUBSCRIBE: [FORCE] if publish else [])
+    monkeypatch.setattr(live.LiveProgram, "other_services", lambda self: [])
+    bench, renamed = SimpleNamespace(nodeless=Counter(), with_node=set(), clock=Clock(9, 1.0)), Renamed()
+    first, begun, later = (Misnamed(bench, renamed) for _ in range(3))
+    rule = ["--ros-args", "-r", "/force:=/effort"]
+    begun.begin()
+    for program in (first, begun, later):
+        program.up("one")
+    assert [program.lines for program in (first, begun, later)] == [[[], rule], [[], rule], [rule]]
+    assert first.waits and not begun.waits and not later.waits
 
 
 @pytest.mark.parametrize(
