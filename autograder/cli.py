@@ -487,9 +487,11 @@ def release_command(
 ) -> None:
     """Make the students' version of notebooks; stop if one would show a solution or a hidden test."""
     from autograder.gradebook import ends
-    from autograder.gradebook.release import hand_out, release
+    from autograder.gradebook.release import expect_apart, hand_out, release
     from autograder.submissions.times import parse_time
 
+    if students:
+        expect_apart(course, students)
     dates = parse_time(due) if due else None, ends.parse(until) if until else None
     released = release(course, assignment or [], notebooks, *dates)
     for folder in released:

@@ -33,6 +33,7 @@ log = logging.getLogger(__name__)
 START_PAGE = "index.ipynb"
 PICTURE = "jupyterlab.png"  # in the students' README
 DEVCONTAINER = "devcontainer.json"
+STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
 # Files in environment/ that students do not get, or get in another place.
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # the sections of pyproject.toml for students
@@ -101,6 +102,23 @@ def set_up(course: Path) -> None:
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():
         config.write_text(COURSE_FILE, encoding="utf-8")
+
+
+def expect_apart(course: Path, students: Path) -> None:
+    """Raise UsageError when the folder for students would hold answers: the course's folder, or this checkout."""
+    inside, made, checkout = course.resolve(), students.resolve(), repository()
+    above = (inside, *inside.parents)
+    if made in above:
+        why = f"the course folder {inside}, which has the answers, would be in it: choose another folder for students"
+    elif any(inside / name in (made, *made.parents) for name in STEPS):
+        why = f"it belongs to a step of the course folder {inside}: choose another folder for students"
+    elif released := next((each for each in above if (each / "notebooks" / RELEASED).is_dir()), None):
+        why = f"the course folder {inside} lies in {released}, which was made for students: choose another --course"
+    elif made in (checkout, *checkout.parents):
+        why = f"the repository {checkout}, which has the answers, would be in it: choose another folder for students"
+    else:
+        return
+    raise UsageError(f"{students} cannot be the folder for students: {why}")
 
 
 def hand_out(folder: Path, released: Iterable[Path]) -> None:

@@ -374,6 +374,41 @@ def test_a_release_is_the_notebooks_alone_and_shows_no_answer(course):
         assert len(kept) > 10 and list(leaks.leaks(course / "release" / name, kept)) == []
 
 
+@pytest.mark.parametrize(
+    ("course", "students", "said"),
+    [
+        (".", ".", "the course folder FOLDER, which has the answers, would be in it"),
+        ("class/grading", "class", "the course folder FOLDER/class/grading, which has the answers, would be in it"),
+        ("link", "class", "the course folder FOLDER/class, which has the answers, would be in it"),
+        ("class", "class/submitted/ada", "it belongs to a step of the course folder FOLDER/class"),
+        ("given/notebooks", "others", "the course folder FOLDER/given/notebooks lies in FOLDER/given, which was made "),
+        ("class", str(repository()), f"the repository {repository()}, which has the answers, would be in it"),
+        ("class", str(repository().parent), f"the repository {repository()}, which has the answers, would be in it"),
+    ],
+)
+def test_a_folder_for_students_that_would_hold_answers_is_refused_before_anything_is_made(
+    tmp_path, course, students, said
+):
+    """With `--students .`, where `--course` is `.` as well, students would get the solved notebooks."""
+    (tmp_path / "given/notebooks/.released").mkdir(parents=True)
+    (tmp_path / "class").mkdir()
+    (tmp_path / "link").symlink_to("class")
+    before = sorted(tmp_path.rglob("*"))
+    command = [Path(sys.executable).with_name("autograder"), "release", "calculator"]
+    done = subprocess.run(
+        [*command, "--course", course, "--students", students], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith(f"autograder: {students} cannot be the folder for students: ")
+    assert said.replace("FOLDER", str(tmp_path)) in done.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+@pytest.mark.parametrize(("course", "students"), [("grading", "students"), (".", "students"), ("a/b", "a/c")])
+def test_a_folder_for_students_beside_or_in_the_course_folder_is_not_refused(tmp_path, course, students):
+    release.expect_apart(tmp_path / course, tmp_path / students)
+
+
 def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     """All of `course`, the set-up, the notebooks and a README; of the answers and the grader not even the names."""
     released = [course / "release" / name for name in release.names()]
