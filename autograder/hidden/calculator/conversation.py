@@ -44,6 +44,7 @@ class Calculator(Server):
             str, Fault
         ] = {}  # operations that get no answer to an ordinary request, with what came of it
         self._abilities: list[str] | None = None
+        self.logged_all = False
         self._refused: list[str] = []  # operations whose result is right, but not their success
         self._asked: set[float] = set()  # first numbers
 
@@ -180,6 +181,8 @@ class Calculator(Server):
     def logs_result(self, question: Question, limit: float) -> bool:
         """Return True if asking this adds its result to the log within `limit` s, with the sign of a negative one.
 
+        Then `logged_all` is whether the log names the results of all operations, so that nobody learns which was sent.
+
         A program that logs hundreds of numbers like the result has not logged it; whole numbers, with which many count
         what they do, are not like one that is not whole.
         """
@@ -199,7 +202,13 @@ class Calculator(Server):
                 for number in found
             )
 
-        return wait_until(when_changed(lambda: self.log, logged), limit)
+        is_logged = wait_until(when_changed(lambda: self.log, logged), limit)
+        all_results = [compute(question[0], question[2]) for compute in ANSWERS.values()]
+        self.logged_all = is_logged and all(
+            any(abs(abs(number) - abs(one)) <= ROUNDING + SEVEN_DIGITS * abs(one) for number in found)
+            for one in all_results
+        )
+        return is_logged
 
     def logs_request(self, question: Question, limit: float) -> bool:
         """Return True if asking this adds a line with a, b and the operation to the log within `limit` s.

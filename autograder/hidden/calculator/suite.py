@@ -449,6 +449,11 @@ def test_logs_responses(calculator: Calculator, left_alone: LeftAlone, rng: rand
                 f"After the response to '{operation}', the server must have logged (or printed) the response's result, "
                 "rounded to two decimals at most. No log line since the request has this number."
             )
+        if calculator.logged_all:
+            raise Wrong(
+                f"After the response to '{operation}', the log has the results of all four operations, so that it does "
+                "not tell which one was sent: log the response's result alone."
+            )
     expect_log_of_results(calculator, rng, wait)
     for operation, about in (("divide", "a division by zero"), ("modulo", "an unknown operation")):
         if not calculator.logs_refusal(rng.uniform(1, 9), operation, 0.0, wait):

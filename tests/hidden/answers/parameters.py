@@ -573,6 +573,23 @@ WRONG = {
         node(("else now - self.last_time", "else 1000 * (now - self.last_time)")),
         {"integral", "derivative"},
     ),
+    "half a second in the place of each step, in both parts": (
+        node(
+            ("        self.integral += error * step\n", "        self.integral = error / 2\n"),
+            (
+                "        slope = (error - self.last_error) / step if step > 0.0 else 0.0\n",
+                "        slope = error / 2\n",
+            ),
+        ),
+        {
+            "first_message",
+            "integral",
+            "monotonic_clock",
+            "derivative",
+            "ki_starts_the_integral_again",
+            "nothing_else_starts_it_again",
+        },
+    ),
     "no integral part": (
         node(("        self.integral += error * step\n", "")),
         {"integral", "ki_starts_the_integral_again", "nothing_else_starts_it_again"},
@@ -1928,7 +1945,10 @@ NOTHING = {
     "refuses everything, and every effort is 0",
     "declares nothing",
 }  # they do nothing of what is asked for, but for what stands in their declarations
-SEVERAL = {"gains have no range, and every set of a limit is refused"}  # more than one mistake
+SEVERAL = {  # more than one mistake
+    "gains have no range, and every set of a limit is refused",
+    "half a second in the place of each step, in both parts",
+}
 USELESS = {
     "Float32 efforts",  # nobody hears them
     "the limits are checked before they are declared",  # the node ends at its start

@@ -792,6 +792,18 @@ WRONG = {
         ),
         {"logs_responses"},
     ),
+    "logs the results of all operations": (
+        server(
+            (
+                LOG_RESPONSE,
+                (
+                    "        a, b = request.a, request.b\n"
+                    "        self.get_logger().info(f'{a + b} {a - b} {a * b} {a / (b or 1.0)} {response.message}')\n"
+                ),
+            )
+        ),
+        {"logs_responses"},
+    ),
     "logs results in whole numbers": (
         server(("result={response.result}", "result={response.result:.0f}")),
         {"logs_responses"},
