@@ -64,7 +64,8 @@ LOOKS = """class Relay(Node):
         ("relay", "timeout_sec=1.0", "self.get_logger().info('wait')", 3, "meanwhile the node answers no request. "),
         ("__init__", "1.0", "pass", 3, "it keeps the node from being spun meanwhile. Leave it out of the constr"),
         ("ask", "1.0", "pass", 3, "look once, with a limit, or count the rounds and give up."),
-        ("relay", "1.0", "self.rounds += 1", 3, ""),
+        ("relay", "1.0", "self.rounds += 1", 3, "`wait_for_service` keeps the only thread until a server comes or its"),
+        ("ask", "1.0", "self.rounds += 1", 3, ""),
         ("relay", "1.0", "pass", 5, ""),
     ],
 )
