@@ -27,6 +27,7 @@ from course.explaining.source import (
 )
 from course.explaining.unmeant import NOW
 from course.explaining.unread import only_none
+from course.explaining.whole_values import whole_values
 from course.foundation.syntax import walk
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
@@ -369,6 +370,14 @@ def _attributes(statement: ast.stmt, tree: ast.AST) -> set[str]:
 def _stored(statement: ast.stmt) -> list[ast.Attribute]:
     nodes = [node for node in walk(statement) if isinstance(node, ast.Attribute)]
     return [node for node in nodes if name_of(node.value) == "self" and isinstance(node.ctx, ast.Store)]
+
+
+def asked_whole(file: str) -> str:
+    """Return lines on a condition on a whole request in the place of its field; '' without one."""
+    source = text_at(Path(file))
+    for line, why in sorted(whole_values(parse(source))):
+        return f"\n{frame_at(file, line, source)}\n{why}"
+    return ""
 
 
 def asked_once(file: str) -> str:
