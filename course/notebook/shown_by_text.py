@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from course.explaining.doubts import LOCKS
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.failure_report import frame_at
 from course.explaining.misspelt_texts import operations
@@ -44,6 +45,24 @@ def no_cancel(file: str) -> str:
         f". Nothing in {file} reads `is_cancel_requested` of the goal handle: the execute callback must look at it "
         "before each step"
     )
+
+
+def lock_of_a_step(file: str) -> str:
+    """Return lines on a lock that a program takes for each step of a goal anew, in its loop; '' without one."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    locks = {ast.unparse(target) for node in walk(tree) if isinstance(node, ast.Assign)
+             and name_of(getattr(node.value, "func", None)) in LOCKS for target in node.targets}  # fmt: skip
+    for loop in (node for node in walk(tree) if isinstance(node, (ast.While, ast.For))):
+        for block in (node for node in walk(loop) if isinstance(node, ast.With)):
+            held = locks & {ast.unparse(item.context_expr) for item in block.items}
+            if held and next(calls(block, "sleep"), None):
+                return (
+                    f"\n{frame_at(file, block.lineno, source)}\nThis holds the lock for one step alone, so a new goal "
+                    "may count its stops while the cabin is still moving for the one before. Hold it from before the "
+                    "first look at the floor until the goal ends."
+                )
+    return ""
 
 
 def late_newest(file: str) -> str:

@@ -9,6 +9,7 @@ from course.notebook.shown_by_text import (
     broken_chain,
     built_early,
     late_newest,
+    lock_of_a_step,
     never_reads,
     no_cancel,
     other_unit,
@@ -133,6 +134,10 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "\nThe new goal waits here"),
         ("actions", "lift_server.py", {"        self.newest = goal_handle\n":
          "        with self.guard:\n            self.newest = goal_handle\n"}, late_newest, ""),
+        ("actions", "lift_server.py", {"            time.sleep(period)\n":
+         "            with self.cabin:\n                time.sleep(period)\n"}, lock_of_a_step,
+         "\n    with self.cabin:\nThis holds the lock for one step alone, so a new goal may count its stops while"),
+        ("actions", "lift_server.py", {}, lock_of_a_step, ""),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "("}, unconverted,
          ". The angles of a scan are in radians, those of the sectors in wall_follower.py are in degrees"),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "180 / np.pi * ("}, unconverted, ""),
