@@ -405,6 +405,24 @@ def asked_once(file: str) -> str:
     return at and f"{at}\nThis looks for the server once, at the start. Look in the callback, each time it is called."
 
 
+def asked_by_a_timer(file: str) -> str:
+    """Return lines on a program in which a timer's callback alone looks for a server, and keeps the result; or ''."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    asked = [call for name in ("service_is_ready", "wait_for_service") for call in calls(tree, name)]
+    for timer in calls(tree, "create_timer") if len(asked) == 1 else ():
+        for function in named(tree, {name_of(argument(timer, *CALLBACKS["create_timer"]))}):
+            kept = [node for node in walk(function) if isinstance(node, ast.Assign) and asked[0] in walk(node)]
+            of_the_node = any(isinstance(target, ast.Attribute) for node in kept for target in node.targets)
+            if of_the_node and not next(calls(tree, function.name), None):
+                return (
+                    f"\n{frame_at(file, kept[0].lineno, source)}\nOnly a timer looks for the server, "
+                    f"`{ast.unparse(timer)}`, so each request is answered by its last look. Look in the callback of "
+                    "the service, each time it is called."
+                )
+    return ""
+
+
 def read_once(file: str) -> str:
     """Return lines on a program that reads its parameters only in `__init__`, though they may be set later; else ''."""
     at = _only_at_the_start(file, "get_parameter", "get_parameters", "get_parameter_or")

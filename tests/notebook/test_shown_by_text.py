@@ -5,6 +5,7 @@ import pytest
 from course.notebook.judging import more_timers, sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
     another_name,
+    asked_by_a_timer,
     asked_once,
     broken_chain,
     built_early,
@@ -138,6 +139,15 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "            with self.cabin:\n                time.sleep(period)\n"}, lock_of_a_step,
          "\n    with self.cabin:\nThis holds the lock for one step alone, so a new goal may count its stops while"),
         ("actions", "lift_server.py", {}, lock_of_a_step, ""),
+        ("services", "relay.py", {}, asked_by_a_timer, ""),
+        ("services", "relay.py", {"if not self.client.service_is_ready()": "self.look()\n        if not self.there",
+         "    async def relay": "    def look(self):\n        self.there = self.client.service_is_ready()\n"
+         "        self.create_timer(9.0, self.look)\n\n    async def relay"}, asked_by_a_timer, ""),
+        ("services", "relay.py", {"if not self.client.service_is_ready()": "if not self.there",
+         "    async def relay": "    def look(self):\n        self.there = self.client.service_is_ready()\n"
+         "        self.create_timer(9.0, self.look)\n\n    async def relay"}, asked_by_a_timer,
+         "\n    self.there = self.client.service_is_ready()\nOnly a timer looks for the server, "
+         "`self.create_timer(9.0, self.look)`, so each request is answered by its last look. Look in the callback"),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "("}, unconverted,
          ". The angles of a scan are in radians, those of the sectors in wall_follower.py are in degrees"),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "180 / np.pi * ("}, unconverted, ""),
