@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from course.explaining.conditions import compared_with_nan
 from course.explaining.doubts import LOCKS
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.failure_report import frame_at
@@ -161,6 +162,30 @@ def seen_wrongly(file: str, *, nothing: bool) -> str:
         or _of_the_sectors(file)
         or (_kept_nothing(file) if nothing else "")
     )
+
+
+def odd_values(file: str, value: float) -> str:
+    """Return lines on what a follower makes of the beams that are NaN, or -inf; '' if its text does not show that."""
+    source = text_at(Path(file))
+    nodes = [*walk(parse(source))]
+    made = [node for node in nodes if isinstance(node, ast.Call)]
+    if math.isnan(value):
+        for line, why in compared_with_nan(nodes):
+            return f"\n{frame_at(file, line, source)}\n{why}"
+        for call in (each for each in made if name_of(each.func) == "nan_to_num"):
+            if len(call.args) == 1 and "nan" not in {each.arg for each in call.keywords}:
+                return (
+                    f"\n{frame_at(file, call.lineno, source)}\nThis makes 0.0 of NaN, an obstacle at 0 m. Leave "
+                    "those beams out: `~np.isnan(ranges)` finds the others."
+                )
+        return ""
+    for call in (each for each in made if name_of(each.func) == "isfinite"):
+        if not re.search(r"isinf|isneginf|-\s*(?:\w+\.)?inf|float\('-inf'\)", ast.unparse(parse(source))):
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\n-inf is not finite, so this leaves it out. It is a distance "
+                "of 0: replace it by 0.0 before."
+            )
+    return ""
 
 
 def _by_the_last_angle(file: str) -> str:

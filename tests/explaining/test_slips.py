@@ -118,6 +118,13 @@ def test_a_callback_in_the_place_of_an_attribute_is_not_to_be_called():
         ("while rclpy.ok and self.free: pass",
          "line 13: `rclpy.ok` is the method itself, which is always true. Call it: `rclpy.ok()`."),
         ("if self.future.done: pass", ""),
+        ("if params[0] == math.nan: pass",
+         ("line 13: `params[0] == math.nan` is always false, because NaN is equal to nothing, not even to NaN. Ask "
+          "`np.isnan(params[0])`.")),
+        ("if float('nan') != self.free: pass",
+         ("line 13: `float('nan') != self.free` is always true, because NaN is equal to nothing, not even to NaN. Ask "
+          "`np.isnan(self.free)`.")),
+        ("if math.isnan(self.free): pass", ""),
         ("self.get_logger().info('given {params}')",
          "line 13: 'given {params}' shows its braces as they are: write `f` before the first quotation mark."),
         ("self.message = 'Motors {self.is_ok()}'",
