@@ -100,10 +100,11 @@ def _look_with_a_limit(at: Frame, tree: ast.Module, *, alone: bool) -> str:
         for method, instead in (("wait_for_service", "service_is_ready"), ("wait_for_server", "server_is_ready")):
             for call in calls(function, method):
                 if covers(call, at.line) and argument(call, 0, "timeout_sec") is not None:
-                    which, others = ("the only", "the callers wait one after the other") if alone else (
-                        "its", "meanwhile that answers no other caller")  # fmt: skip
+                    which, others = "its", "and meanwhile that answers no other caller"
+                    if alone:
+                        which, others = "the only", "so the callers wait one after the other"
                     return (
-                        f"`{method}` keeps {which} thread until a server comes or its time is over, so {others}. Ask "
+                        f"`{method}` keeps {which} thread until a server comes or its time is over, {others}. Ask "
                         f"`{instead}()`, which does not wait."
                     )
     return ""

@@ -57,7 +57,7 @@ def lock_of_a_step(file: str) -> str:
     for loop in (node for node in walk(tree) if isinstance(node, (ast.While, ast.For))):
         for block in (node for node in walk(loop) if isinstance(node, ast.With)):
             held = locks & {ast.unparse(item.context_expr) for item in block.items}
-            if held and next(calls(block, "sleep"), None):
+            if held and any(calls(block, "sleep")):
                 return (
                     f"\n{frame_at(file, block.lineno, source)}\nThis holds the lock for one step alone, so a new goal "
                     "may count its stops while the cabin is still moving for the one before. Hold it from before the "
