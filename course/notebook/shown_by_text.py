@@ -49,7 +49,7 @@ def no_cancel(file: str) -> str:
 
 
 def lock_of_a_step(file: str) -> str:
-    """Return lines on a lock that a program takes for each step of a goal anew, in its loop; '' without one."""
+    """Return lines on a lock that a program holds for one step of a goal alone, inside its loop; '' without one."""
     source = text_at(Path(file))
     tree = parse(source)
     locks = {ast.unparse(target) for node in walk(tree) if isinstance(node, ast.Assign)
