@@ -2,7 +2,7 @@
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from course.explaining.source import calls, name_of, the_method_itself
 from course.foundation.syntax import walk
@@ -38,6 +38,7 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
             yield from _never_equal(node, own, of_goals="get_result_async" in map(name_of, nodes))
     yield from _bare_texts(nodes)
+    yield from compared_with_nan(nodes)
     yield from _radians_with_degrees(nodes)
 
 
@@ -67,6 +68,20 @@ def _never_equal(node: ast.Compare, own: set[str], *, of_goals: bool) -> Iterato
                     "action_msgs.msg)."
                 ),
             )
+
+
+def compared_with_nan(nodes: Iterable[ast.AST]) -> Iterator[tuple[int, str]]:
+    """Yield comparisons with NaN, to which nothing is equal: `reading == math.nan`."""
+    for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
+        for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
+            text = ast.unparse(other)
+            if text in NOT_A_NUMBER and isinstance(node.ops[0], (ast.Eq, ast.NotEq, ast.Is, ast.IsNot)):
+                always = "false" if isinstance(node.ops[0], (ast.Eq, ast.Is)) else "true"
+                why = f"`{ast.unparse(node)}` is always {always}, because NaN is equal to nothing, not even to NaN."
+                yield node.lineno, f"{why} Ask `np.isnan({ast.unparse(one)})`."
+
+
+NOT_A_NUMBER = {"math.nan", "np.nan", "numpy.nan", "nan", "float('nan')", "float('NaN')"}
 
 
 def _bare_texts(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:

@@ -30,6 +30,7 @@ def no_value(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a line that gives the field `found[1]` a method, a message, a dict or nothing; else ''."""
     for given in _given(found[1], code):
         explained = (
+            _none(given, found[2]),
             _tuple(given),
             _method(given, source),
             _message(given, source, code),
@@ -54,6 +55,15 @@ def _given(field: str, code: str) -> Iterator[ast.expr]:
                 yield value.elts[names.index(field)] if each_one else value
         if isinstance(node, ast.keyword) and node.arg == field:
             yield node.value
+
+
+ZEROS = {"bool": "False", "float": "0.0", "int": "0", "str": "''"}  # what a field is that nobody sets, by its type
+
+
+def _none(given: ast.expr, kind: str) -> str:
+    if isinstance(given, ast.Constant) and given.value is None and kind in ZEROS:
+        return f"None is not a value of a field. A field that nobody sets is `{ZEROS[kind]}`: leave this out."
+    return ""
 
 
 def _tuple(given: ast.expr) -> str:

@@ -247,7 +247,8 @@ def _not_callable(found: re.Match[str], source: str) -> str:
         return f"Line {line} calls `self.{method}()` at once, and passes what it returns: write `self.{method}`."
     for call, given in given_callbacks(parse(source)):
         if isinstance(given, ast.Constant) and isinstance(given.value, str):
-            return f"Line {call.lineno}: a callback is the method itself, not a text: `self.{given.value}`."
+            name = given.value.removeprefix("self.")
+            return f"Line {call.lineno} gives the callback as a text: write it without quotation marks, `self.{name}`."
     return "What is called here is not a function. Pass a callback by its name, without brackets: `self.add`."
 
 
@@ -1040,11 +1041,6 @@ IN_A_LINE: tuple[tuple[str, str, str], ...] = (
         r"'bool' object is not callable",
         r"(?<!self)\.accepted\(\)",
         "`accepted` of a goal handle is not a method: leave out the brackets after it.",
-    ),
-    (
-        NO_TEXT,
-        r"publish_feedback\(",
-        "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`.",
     ),
     (
         r"float\(\) argument must be .* not '(?:method|function)'",

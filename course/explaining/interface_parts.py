@@ -12,6 +12,7 @@ from rclpy.action.server import ServerGoalHandle
 
 from course.explaining.arguments import response_first
 from course.explaining.source import argument, calls, inside, name_of, named, no_result, parse, service_callbacks
+from course.foundation.syntax import walk
 
 # Python's names of a field's type, and the names in a definition file.
 TYPES = {"boolean": "bool", "double": "float64", "float": "float32", "octet": "byte"}
@@ -152,8 +153,27 @@ def wrong_type(found: re.Match[str], source: str) -> str:
     return f"The field '{field}' takes {examples[kind]}."
 
 
+def _class_given(given: ast.expr | None, source: str, parts: tuple[str, ...]) -> str:
+    """Return the text of a class such as `Lift.Goal` that a line gives without brackets, itself or by a name; or ''."""
+    made = [node for node in walk(parse(source)) if isinstance(node, ast.Assign)]
+    named_so = [node.value for node in made if given and ast.unparse(given) in map(ast.unparse, node.targets)]
+    for each in [given, *named_so]:
+        if isinstance(each, ast.Attribute) and each.attr in parts and name_of(each.value)[:1].isupper():
+            return ast.unparse(each)
+    return ""
+
+
 def sent(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a line in which a client sends something that is not a goal or request of its type."""
+    """Return the hint on a line in which a client sends something that is not a goal or request of its type.
+
+    Or in which a goal's feedback is not a message of its type.
+    """
+    for method, part in [*((each, SENT[each][0]) for each in SENT), ("publish_feedback", "Feedback")]:
+        for call in calls(parse(code), method):
+            if kind := _class_given(call.args[0] if call.args else None, source, (part,)):
+                return f"`{kind}` is the class itself. Create one with brackets: `{kind}(...)`."
+    if "publish_feedback(" in code:
+        return "`publish_feedback` takes a message, with the value in its field: `TheType.Feedback(...)`."
     for method, (part, what) in SENT.items():
         for call in calls(parse(code), method):
             made = call.args[0] if call.args else None
@@ -178,6 +198,12 @@ def sub_message(found: re.Match[str], source: str) -> str:
     """Return the hint on a field that holds a message."""
     if found[1] == "result" and found[2].endswith("_Result"):
         action = found[2].removesuffix("_Result")
+        for node in (each for each in walk(parse(source)) if isinstance(each, ast.Return)):
+            if kind := _class_given(node.value, source, ("Result",)):
+                return (
+                    f"Line {node.lineno}, `{ast.unparse(node)}`, returns the class itself. Create a result with "
+                    f"brackets: `{kind}(...)`."
+                )
         name = callback[0] if (callback := no_result(source)) else "execute"
         return f"The callback '{name}' must end with `return {action}.Result(...)`, on every path through it."
     return f"The field '{found[1]}' holds a {found[2]} message: set its fields, as in `.{found[1]}.x = 0.3`."
@@ -191,7 +217,8 @@ def not_a_message(found: re.Match[str], source: str) -> str:
     except (ImportError, AttributeError):
         fields = []
     how = f": `{name}({fields[0]}=...)`" if len(fields) == 1 else f" with brackets, `{name}()`, and set its fields"
-    return f"`publish` takes a message of the topic's type. Create a {name}{how}."
+    given = ", and got None" if "got <class 'NoneType'>" in found.string else ""
+    return f"`publish` takes a message of the topic's type{given}. Create a {name}{how}."
 
 
 def type_for_goal(found: re.Match[str], source: str) -> str:

@@ -42,6 +42,8 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
         return why_locked
     if flag_set := still_set(frames, source):
         return flag_set
+    if in_turn := _look_with_a_limit(at, tree, alone=alone):
+        return [in_turn]
     if shared := _shared_future(at, tree):
         why = (
             f"`{shared}` is the future of the newest call: while one call waits here, the next one stores its own there"
@@ -90,6 +92,22 @@ def endless_look_at(frames: Sequence[Frame], source: str) -> list[str]:
             "response that the server is not there."
         )
     return [f"This loop goes on until there is a server: {how}"]
+
+
+def _look_with_a_limit(at: Frame, tree: ast.Module, *, alone: bool) -> str:
+    """Return a line on a look for a server that waits inside the callback of a service, up to a limit; or ''."""
+    for function in named(tree, service_callbacks(tree)):
+        for method, instead in (("wait_for_service", "service_is_ready"), ("wait_for_server", "server_is_ready")):
+            for call in calls(function, method):
+                if covers(call, at.line) and argument(call, 0, "timeout_sec") is not None:
+                    which, others = "its", "and meanwhile that answers no other caller"
+                    if alone:
+                        which, others = "the only", "so the callers wait one after the other"
+                    return (
+                        f"`{method}` keeps {which} thread until a server comes or its time is over, {others}. Ask "
+                        f"`{instead}()`, which does not wait."
+                    )
+    return ""
 
 
 def _shared_future(at: Frame, tree: ast.Module) -> str:

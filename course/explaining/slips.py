@@ -10,7 +10,6 @@ from itertools import pairwise
 from course.explaining.conditions import always, asked_by
 from course.explaining.doubled import doubled
 from course.explaining.exchanged_limits import exchanged_limits
-from course.explaining.interface_fields import fields_of
 from course.explaining.lost_values import lost_values
 from course.explaining.misspelt_texts import misspelt_texts
 from course.explaining.source import (
@@ -36,6 +35,7 @@ from course.explaining.thrown_away import thrown_away
 from course.explaining.unmeant import unmeant
 from course.explaining.unread import unread
 from course.explaining.unused import unused
+from course.explaining.whole_values import given_to_callbacks, other_than_success, whole_values
 from course.foundation.syntax import walk
 
 # Methods without arguments that are called for their effect; of `execute` the session says more.
@@ -59,7 +59,7 @@ def slips(cell: str) -> list[str]:
     tree = parse(cell)
     skipped = 1 if cell.lstrip("\n").startswith("%%exercise") else 0  # the first line is not part of the file
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
-    found |= {*_unawaited(tree), *thrown_away(tree)}
+    found |= {*_unawaited(tree), *thrown_away(tree), *whole_values(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
     found |= {*exchanged_limits(tree), *doubled(tree, skipped)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
@@ -67,6 +67,7 @@ def slips(cell: str) -> list[str]:
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
     if skipped:  # a file has only what it imports and makes itself
         found |= {*_unknown_exceptions(tree), *misspelt_texts(tree), *_lists_its_own_client(tree)}
+        found |= {*other_than_success(tree)}
     if more := made_in_a_callback(cell.partition("\n")[2] if skipped else cell):
         line, text = more
         found.add((line + skipped, text))
@@ -296,26 +297,14 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield asked.lineno, f"`{text}` is a callback, which is always true: ask for a value."
 
 
-# What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.
-GIVEN = (
-    ("create_service", (0, "srv_type"), (2, "callback"), "Request", -2),
-    ("create_subscription", (0, "msg_type"), (2, "callback"), "", -1),
-    ("ActionServer", (1, "action_type"), (9, "goal_callback"), "Goal", -1),
-)
 ARRAY = re.compile(r"sequence<(?:u?int\d+|float|double)(?:, \d+)?>")
 
 
 def _arrays(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield comparisons of an array that a callback is given with a list: `goal.floors == []`."""
-    for maker, kind, callback, part, place in GIVEN:
-        for call in calls(tree, maker):
-            fields, name = fields_of(tree, argument(call, *kind), part), name_of(argument(call, *callback))
-            arrays = {field for field, each in fields.items() if ARRAY.fullmatch(each)}
-            for function in named(tree, {name}) if fields else ():
-                if len(function.args.args) >= -place:
-                    given = function.args.args[place].arg
-                    yield from _compared_with_lists(function, given, arrays)
-                    yield from _of_another_kind(function, given, fields)
+    for function, given, _, fields in given_to_callbacks(tree):
+        yield from _compared_with_lists(function, given, {key for key, each in fields.items() if ARRAY.fullmatch(each)})
+        yield from _of_another_kind(function, given, fields)
 
 
 def _compared_with_lists(function: ast.AST, given: str, fields: set[str]) -> Iterator[tuple[int, str]]:

@@ -283,7 +283,7 @@ def blocked(
                     return (
                         f"its callback '{function.name}' waits in line {call.lineno}, `{ast.unparse(call)}`, without "
                         "a limit, until there is a server. Check `service_is_ready()` of the client instead "
-                        "(`server_is_ready()` for an action), or set a limit: `timeout_sec=1.0`."
+                        "(`server_is_ready()` for an action), which does not wait."
                     )
                 waits = f"its callback '{function.name}' waits in `{ast.unparse(call.func)}(...)` for a response that"
                 if name == "call" and several:

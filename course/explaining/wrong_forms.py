@@ -253,8 +253,9 @@ def _node_to_spin(found: re.Match[str], source: str, code: str) -> str:
 def _no_arguments(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on the arguments of main(), which are None where it is called without any."""
     for main in (each for each in functions(parse(source)) if each.name == "main"):
-        for given in main.args.args:
-            if re.search(rf"\blen\({given.arg}\)", code):
+        for given in main.args.args if code in (ast.get_source_segment(source, main) or "") else ():
+            used = re.search(rf"\blen\({given.arg}\)|(?<![\w.]){given.arg}\[|(?:=|\bin) {given.arg}(?![\w.(])", code)
+            if used and not _times_set(given.arg, main):
                 return (
                     f"`{given.arg}` is None, because main() is called without arguments. The words of the command line "
                     "are in `sys.argv`."
@@ -388,7 +389,7 @@ TABLE: tuple[tuple[str, Hint], ...] = (
         ),
     ),
     (r"'(?:Action)?Client' object has no attribute 'subscriptions'", _node_to_spin),
-    (r"object of type 'NoneType' has no len\(\)", _no_arguments),
+    (r"'NoneType' (?:has no len\(\)|object is not (?:subscriptable|iterable))|non-iterable NoneType", _no_arguments),
     (r"(Action(?:Server|Client))\.__init__\(\) missing \d required positional argument", _first_the_node),
     (r"^TypeError: Duration\.__init__\(\) takes 1 positional", _says(BY_NAME)),
     (r"object\.__init__\(\) takes exactly one argument", _no_base),

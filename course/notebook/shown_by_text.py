@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from course.explaining.conditions import compared_with_nan
+from course.explaining.doubts import LOCKS
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.failure_report import frame_at
 from course.explaining.misspelt_texts import operations
@@ -27,6 +29,7 @@ from course.explaining.source import (
 )
 from course.explaining.unmeant import NOW
 from course.explaining.unread import only_none
+from course.explaining.whole_values import whole_values
 from course.foundation.syntax import walk
 from course.session.node_process import NodeProcess
 from course.session.watch import Handle
@@ -43,6 +46,24 @@ def no_cancel(file: str) -> str:
         f". Nothing in {file} reads `is_cancel_requested` of the goal handle: the execute callback must look at it "
         "before each step"
     )
+
+
+def lock_of_a_step(file: str) -> str:
+    """Return lines on a lock that a program holds for one step of a goal alone, inside its loop; '' without one."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    locks = {ast.unparse(target) for node in walk(tree) if isinstance(node, ast.Assign)
+             and name_of(getattr(node.value, "func", None)) in LOCKS for target in node.targets}  # fmt: skip
+    for loop in (node for node in walk(tree) if isinstance(node, (ast.While, ast.For))):
+        for block in (node for node in walk(loop) if isinstance(node, ast.With)):
+            held = locks & {ast.unparse(item.context_expr) for item in block.items}
+            if held and any(calls(block, "sleep")):
+                return (
+                    f"\n{frame_at(file, block.lineno, source)}\nThis holds the lock for one step alone, so a new goal "
+                    "may count its stops while the cabin is still moving for the one before. Hold it from before the "
+                    "first look at the floor until the goal ends."
+                )
+    return ""
 
 
 def late_newest(file: str) -> str:
@@ -141,6 +162,30 @@ def seen_wrongly(file: str, *, nothing: bool) -> str:
         or _of_the_sectors(file)
         or (_kept_nothing(file) if nothing else "")
     )
+
+
+def odd_values(file: str, value: float) -> str:
+    """Return lines on what a follower makes of the beams that are NaN, or -inf; '' if its text does not show that."""
+    source = text_at(Path(file))
+    nodes = [*walk(parse(source))]
+    made = [node for node in nodes if isinstance(node, ast.Call)]
+    if math.isnan(value):
+        for line, why in compared_with_nan(nodes):
+            return f"\n{frame_at(file, line, source)}\n{why}"
+        for call in (each for each in made if name_of(each.func) == "nan_to_num"):
+            if len(call.args) == 1 and "nan" not in {each.arg for each in call.keywords}:
+                return (
+                    f"\n{frame_at(file, call.lineno, source)}\nThis makes 0.0 of NaN, an obstacle at 0 m. Leave "
+                    "those beams out: `~np.isnan(ranges)` finds the others."
+                )
+        return ""
+    for call in (each for each in made if name_of(each.func) == "isfinite"):
+        if not re.search(r"isinf|isneginf|-\s*(?:\w+\.)?inf|float\('-inf'\)", ast.unparse(parse(source))):
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\n-inf is not finite, so this leaves it out. It is a distance "
+                "of 0: replace it by 0.0 before."
+            )
+    return ""
 
 
 def _by_the_last_angle(file: str) -> str:
@@ -371,10 +416,36 @@ def _stored(statement: ast.stmt) -> list[ast.Attribute]:
     return [node for node in nodes if name_of(node.value) == "self" and isinstance(node.ctx, ast.Store)]
 
 
+def asked_whole(file: str) -> str:
+    """Return lines on a condition on a whole request in the place of its field; '' without one."""
+    source = text_at(Path(file))
+    for line, why in sorted(whole_values(parse(source))):
+        return f"\n{frame_at(file, line, source)}\n{why}"
+    return ""
+
+
 def asked_once(file: str) -> str:
     """Return lines on a program that looks for a server only in `__init__`, when there may be none yet; else ''."""
     at = _only_at_the_start(file, "service_is_ready", "wait_for_service")
     return at and f"{at}\nThis looks for the server once, at the start. Look in the callback, each time it is called."
+
+
+def asked_by_a_timer(file: str) -> str:
+    """Return lines on a program in which a timer's callback alone looks for a server, and keeps the result; or ''."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    asked = [call for name in ("service_is_ready", "wait_for_service") for call in calls(tree, name)]
+    for timer in calls(tree, "create_timer") if len(asked) == 1 else ():
+        for function in named(tree, {name_of(argument(timer, *CALLBACKS["create_timer"]))}):
+            kept = [node for node in walk(function) if isinstance(node, ast.Assign) and asked[0] in walk(node)]
+            of_the_node = any(isinstance(target, ast.Attribute) for node in kept for target in node.targets)
+            if of_the_node and not next(calls(tree, function.name), None):
+                return (
+                    f"\n{frame_at(file, kept[0].lineno, source)}\nOnly a timer looks for the server, "
+                    f"`{ast.unparse(timer)}`, so each request is answered by its last look. Look in the callback of "
+                    "the service, each time it is called."
+                )
+    return ""
 
 
 def read_once(file: str) -> str:

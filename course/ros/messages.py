@@ -251,6 +251,8 @@ def fill(message: Message, values: Any, stamps: list[Stamp] | None = None) -> No
             raise ValueError(f"'{name}': write a blank after the colon, as in '{str(name).replace(':', ': ', 1)}'")
         current = getattr(message, str(name))
         kind = type(current)
+        if _is_sequence(current) and isinstance(value, (bool, int, float)):
+            raise ValueError(f"'{name}' takes a list, even for a single value: {name}: {[value]}")
         if stamps is not None and value == "auto" and kind.__module__ == "std_msgs.msg._header":
             stamps.append(partial(setattr, current, "stamp"))
             continue

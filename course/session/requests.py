@@ -60,6 +60,10 @@ def fill(srv_type: type[Any], fields: Mapping[str, object]) -> Any:
             plain = "field must be of type" in str(error)  # repeats the message
             why = f"which is a {type(value).__name__}" if plain else error
             kind = type_name(known[name])
+            if kind.endswith("]") and isinstance(value, (bool, int, float, str)):
+                raise LiveError(
+                    f"{srv_type.__name__}.{name} must be {kind}, a list, even for a single value: {name}={[value]}"
+                ) from None
             raise LiveError(
                 f"{srv_type.__name__}.{name} must be {kind}, not {value!r}{',' if plain else ':'} {why}"
             ) from None

@@ -186,6 +186,24 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "Pass a callback by its name, without brackets: `self.add`.",
         ),
         ("TypeError:", "", "handle.publish_feedback(numbers)", "`publish_feedback` takes a message"),
+        (
+            "TypeError",
+            "",
+            "goal_handle.publish_feedback(Lift.Feedback)",
+            "`Lift.Feedback` is the class itself. Create one with brackets: `Lift.Feedback(...)`.",
+        ),
+        (
+            "TypeError",
+            "request = Add.Request\nfuture = client.call_async(request)",
+            "future = client.call_async(request)",
+            "`Add.Request` is the class itself.",
+        ),
+        (
+            "AssertionError: The 'result' field must be a sub message of type 'Lift_Result'",
+            "def execute(self, handle):\n    return Lift.Result",
+            "",
+            "Line 2, `return Lift.Result`, returns the class itself. Create a result with brackets: `Lift.Result(...)`",
+        ),
         ("TypeError:", "", "client.call_async(5)", "A client sends a request of its own type"),
         ("TypeError:", "", "future = client.send_goal_async(goal)", "A client sends a goal of its own type"),
         ("TypeError:", "", "client.send_goal_async(F2.Goal(order=3))", "`F2.Goal` is not of this client's type"),
@@ -335,6 +353,12 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "",
             "Create a Float64: `Float64(data=...)`",
         ),
+        (
+            "TypeError: Expected <class 'std_msgs.msg._float64.Float64'>, got <class 'NoneType'>",
+            "",
+            "",
+            "`publish` takes a message of the topic's type, and got None. Create a Float64",
+        ),
         ("ImportError: cannot import name 'Triger' from 'std_srvs.srv'", "", "", "Did you mean `Trigger`?"),
         (
             "NotImplementedError: Service classes can not be instantiated",
@@ -396,6 +420,12 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "AssertionError: The 'result' field must be of type 'float'",
             "",
             "response.result = None",
+            "None is not a value of a field. A field that nobody sets is `0.0`: leave this out.",
+        ),
+        (
+            "AssertionError: The 'result' field must be of type 'float'",
+            "",
+            "response.result = value",
             "not a text, an int, a NumPy number or None: convert a number with `float(...)`",
         ),
         (
@@ -782,7 +812,7 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "TypeError: 'str' object is not callable",
             "self.create_service(Trigger, 'motors/status', 'status')",
             "",
-            "Line 1: a callback is the method itself, not a text: `self.status`.",
+            "Line 1 gives the callback as a text: write it without quotation marks, `self.status`.",
         ),
         (
             "TypeError: ActionServer.__init__() takes 5 positional arguments but 8 were given",
@@ -804,6 +834,24 @@ PUBLISHERS = "AttributeError: 'Pid' object has no attribute 'publisher'. Did you
             "`args` is None, because main() is called without arguments.",
         ),
         ("TypeError: object of type 'NoneType' has no len()", "def main(args=None):\n    pass", "len(self.x)", ""),
+        (
+            "TypeError: 'NoneType' object is not subscriptable",
+            "def main(args=None):\n    a = float(args[1])",
+            "a = float(args[1])",
+            "`args` is None, because main() is called without arguments.",
+        ),
+        (
+            "TypeError: cannot unpack non-iterable NoneType object",
+            "def main(args=None):\n    _, a, b = args",
+            "_, a, b = args",
+            "`args` is None, because main() is called without arguments.",
+        ),
+        (
+            "TypeError: 'NoneType' object is not subscriptable",
+            "def main(args=None):\n    args = words(args)\n    a = float(args[1])",
+            "a = float(args[1])",
+            "`words` returned None.",
+        ),
         (
             "NameError: name 'node' is not defined. Did you mean: 'Node'?",
             "class A(Node):\n    def call(self):\n        spin(node)\ndef main():\n    node = A()\n    node.call()",

@@ -64,7 +64,8 @@ LOOKS = """class Relay(Node):
         ("relay", "timeout_sec=1.0", "self.get_logger().info('wait')", 3, "meanwhile the node answers no request. "),
         ("__init__", "1.0", "pass", 3, "it keeps the node from being spun meanwhile. Leave it out of the constr"),
         ("ask", "1.0", "pass", 3, "look once, with a limit, or count the rounds and give up."),
-        ("relay", "1.0", "self.rounds += 1", 3, ""),
+        ("relay", "1.0", "self.rounds += 1", 3, "`wait_for_service` keeps the only thread until a server comes or its"),
+        ("ask", "1.0", "self.rounds += 1", 3, ""),
         ("relay", "1.0", "pass", 5, ""),
     ],
 )
@@ -72,6 +73,25 @@ def test_a_loop_that_looks_for_a_server_without_end_is_told_where_it_is(function
     text = LOOKS.format(function=function, limit=limit, body=body)
     said = "".join(remark([Frame("relay.py", line, function, text.splitlines()[line - 1].strip())], text))
     assert says in said and bool(said) == bool(says)
+
+
+@pytest.mark.parametrize(
+    ("end", "says"),
+    [
+        (
+            "",
+            "keeps the only thread until a server comes or its time is over, so the callers wait one after the other.",
+        ),
+        ("MultiThreadedExecutor(4).spin()", "keeps its thread until a server comes or its time is over, and meanwhile"),
+    ],
+)
+def test_a_look_with_a_limit_in_a_service_callback_holds_the_next_caller_up(end, says):
+    text = LOOKS.format(function="relay", limit="timeout_sec=1.0", body="pass").replace("while not", "if not") + end
+    for function, told in (("relay", says), ("ask", "")):
+        line = text.replace("def relay", f"def {function}")
+        frames = [Frame("relay.py", 3, function, line.splitlines()[2].strip())]
+        said = "".join(remark(frames, line))
+        assert told in said and bool(said) == bool(told)
 
 
 def test_a_loop_that_spins_is_no_wait_in_vain():

@@ -118,6 +118,13 @@ def test_a_callback_in_the_place_of_an_attribute_is_not_to_be_called():
         ("while rclpy.ok and self.free: pass",
          "line 13: `rclpy.ok` is the method itself, which is always true. Call it: `rclpy.ok()`."),
         ("if self.future.done: pass", ""),
+        ("if params[0] == math.nan: pass",
+         ("line 13: `params[0] == math.nan` is always false, because NaN is equal to nothing, not even to NaN. Ask "
+          "`np.isnan(params[0])`.")),
+        ("if float('nan') != self.free: pass",
+         ("line 13: `float('nan') != self.free` is always true, because NaN is equal to nothing, not even to NaN. Ask "
+          "`np.isnan(self.free)`.")),
+        ("if math.isnan(self.free): pass", ""),
         ("self.get_logger().info('given {params}')",
          "line 13: 'given {params}' shows its braces as they are: write `f` before the first quotation mark."),
         ("self.message = 'Motors {self.is_ok()}'",
@@ -1090,3 +1097,50 @@ def test_a_server_is_not_looked_for_in_a_list_that_names_clients():
         "own. Ask the client: `service_is_ready()`."
     )
     assert slips(text.format("there = self.client.service_is_ready()")) == []
+
+
+WHOLE = """from std_srvs.srv import SetBool
+class Motors(Node):
+    def __init__(self):
+        self.create_service(SetBool, 'stop', self.stop)
+    def stop(self, request, response):
+        {line}
+        return response
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        (
+            "if request == True: pass",
+            "`request == True` is always false, because `request` is the whole request: its value is `request.data`.",
+        ),
+        ("if request is not False: pass", "is always true, because `request` is the whole request"),
+        ("if request: pass", "`request` is the whole request, which is always true: its value is `request.data`."),
+        ("self.enabled = not request and response.success", "`request` is the whole request, which is always true"),
+        ("if request.data == True: pass", ""),
+        ("request = request.data\n        if request: pass", ""),
+        ("if request is None: pass", ""),
+    ],
+)
+def test_a_whole_request_as_a_condition_is_told(line, says):
+    told = "\n".join(slips(WHOLE.format(line=line)))
+    assert says in told and bool(says) == bool(told), told
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("if answer.message: return 1", "`answer.message` may have a text in a success, too. `answer.success` says"),
+        ("if answer.message != '': return 1", "`answer.message` may have a text in a success, too."),
+        ("if answer.success: print(answer.message)", ""),
+        ("print(answer.message or 'nothing')", ""),
+        ("print(answer.message)", ""),
+    ],
+)
+def test_a_client_that_asks_for_another_field_than_success_is_told(line, says):
+    text = "%%exercise client.py --no-start\nfrom std_srvs.srv import Trigger\nclass Client(Node):\n"
+    text += "    def __init__(self):\n        self.client = self.create_client(Trigger, '/status')\n"
+    told = "\n".join(slips(f"{text}    def say(self, answer):\n        {line}\n"))
+    assert says in told and bool(says) == bool(told), told

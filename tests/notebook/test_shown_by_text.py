@@ -1,16 +1,21 @@
 """Remarks of a check from the text of a program: true of the mistake, and none on a right program."""
 
+import math
+
 import pytest
 
 from course.notebook.judging import more_timers, sets_in_a_check, unlike
 from course.notebook.shown_by_text import (
     another_name,
+    asked_by_a_timer,
     asked_once,
     broken_chain,
     built_early,
     late_newest,
+    lock_of_a_step,
     never_reads,
     no_cancel,
+    odd_values,
     other_unit,
     published_only_if,
     read_once,
@@ -133,6 +138,28 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "\nThe new goal waits here"),
         ("actions", "lift_server.py", {"        self.newest = goal_handle\n":
          "        with self.guard:\n            self.newest = goal_handle\n"}, late_newest, ""),
+        ("actions", "lift_server.py", {"            time.sleep(period)\n":
+         "            with self.cabin:\n                time.sleep(period)\n"}, lock_of_a_step,
+         "\n    with self.cabin:\nThis holds the lock for one step alone, so a new goal may count its stops while"),
+        ("actions", "lift_server.py", {}, lock_of_a_step, ""),
+        ("ai_integration", "wall_follower.py", {}, lambda file: odd_values(file, -math.inf), ""),
+        ("ai_integration", "wall_follower.py", {"np.isinf(ranges) |": "np.isfinite(ranges) &",
+         "    ranges[np.isneginf(ranges)] = 0.0  # too near to be measured\n": ""},
+         lambda file: odd_values(file, -math.inf), "\n-inf is not finite, so this leaves it out. It is a dist"),
+        ("ai_integration", "wall_follower.py",
+         {"    usable =": "    ranges = np.nan_to_num(ranges, nan=math.inf)\n    usable ="},
+         lambda file: odd_values(file, math.nan), ""),
+        ("ai_integration", "wall_follower.py", {"    usable =": "    ranges = np.nan_to_num(ranges)\n    usable ="},
+         lambda file: odd_values(file, math.nan), "\nThis makes 0.0 of NaN, an obstacle at 0 m. Leave those beams out"),
+        ("services", "relay.py", {}, asked_by_a_timer, ""),
+        ("services", "relay.py", {"if not self.client.service_is_ready()": "self.look()\n        if not self.there",
+         "    async def relay": "    def look(self):\n        self.there = self.client.service_is_ready()\n"
+         "        self.create_timer(9.0, self.look)\n\n    async def relay"}, asked_by_a_timer, ""),
+        ("services", "relay.py", {"if not self.client.service_is_ready()": "if not self.there",
+         "    async def relay": "    def look(self):\n        self.there = self.client.service_is_ready()\n"
+         "        self.create_timer(9.0, self.look)\n\n    async def relay"}, asked_by_a_timer,
+         ("\n    self.there = self.client.service_is_ready()\nOnly a timer looks for the server, "
+          "`self.create_timer(9.0, self.look)`, so each request is answered by its last look. Look in the callback")),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "("}, unconverted,
          ". The angles of a scan are in radians, those of the sectors in wall_follower.py are in degrees"),
         ("ai_integration", "wall_follower.py", {"np.degrees(": "180 / np.pi * ("}, unconverted, ""),

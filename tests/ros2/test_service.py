@@ -106,6 +106,12 @@ def test_call_says_which_value_does_not_fit(ros2, values, message):
     assert done.stderr.startswith(f"Failed to populate field: {message}")
 
 
+def test_call_says_that_a_field_takes_a_list(ros2):
+    """A number in the place of a list of numbers: the message shows the list."""
+    done = ros2("service", "call", "/x", "rcl_interfaces/srv/GetParameterTypes", "{names: 2}")
+    assert done.stderr == "Failed to populate field: 'names' takes a list, even for a single value: names: [2]\n"
+
+
 @pytest.mark.parametrize(
     ("name", "message"),
     [

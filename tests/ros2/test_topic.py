@@ -236,6 +236,10 @@ def test_pub_gives_up_waiting_for_a_subscriber(ros2):
     [
         ("/x nowhere/msg/No", "The passed message type is invalid\n"),
         ("/x std_msgs/msg/String '{text: hi}'", "Failed to populate field: 'String' object has no attribute 'text'\n"),
+        (
+            "/x std_msgs/msg/Float64MultiArray '{data: 1.5}'",
+            "Failed to populate field: 'data' takes a list, even for a single value: data: [1.5]\n",
+        ),
         ("/x std_msgs/msg/Float64 '{data: [1]}'", "Failed to populate field: "),
         ("/x std_msgs/msg/String hi", "The passed value needs to be a dictionary in YAML format\n"),
         ("/x std_msgs/msg/String '{a: ['", "The passed value needs to be a dictionary in YAML format\n"),

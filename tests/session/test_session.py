@@ -14,6 +14,7 @@ import pytest
 import rclpy
 from course_interfaces.action import Fibonacci
 from example_interfaces.srv import AddTwoInts
+from rcl_interfaces.srv import GetParameters
 from rclpy.action import ActionClient
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import SingleThreadedExecutor
@@ -314,6 +315,8 @@ def test_a_wrong_field_names_the_right_ones_and_harms_nothing(session):
         session.call("add", AddTwoInts, c=1)
     with pytest.raises(LiveError, match="AddTwoInts.a must be int64, not .two., which is a str"):
         session.call("add", AddTwoInts, a="two")
+    with pytest.raises(LiveError, match=r"names must be string\[\], a list, even for a single value: names=\['a'\]$"):
+        session.call("add", GetParameters, names="a")
 
 
 def test_a_callback_that_raises_is_kept_and_the_node_goes_on(session):
