@@ -29,7 +29,7 @@ from course.explaining.values_seen import misread
 from course.foundation import cells
 from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
-from course.notebook.file_record import note_checked
+from course.notebook.file_record import digest_of, note_checked
 from course.notebook.folder_modules import add_folder
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.guards import say
@@ -304,8 +304,8 @@ def _tell_of_shell(cell: str, error: SyntaxError) -> None:
 def _note_check(source: str, *, passed: bool) -> None:
     """Note which files a public check of a notebook in the kernel's folder has judged."""
     for path, known, at in _as_check(source):
-        files = [name for above in known[:at] if (name := written_by(above))]
-        note_checked(path.parent, known[at].name, files, passed=passed)
+        digests = {name: digest_of(path.parent / name) for above in known[:at] if (name := written_by(above))}
+        note_checked(path.parent, known[at].name, digests, passed=passed)
         if (session := _session()) is not None:
             session.end_check(passed=passed)
 
