@@ -21,7 +21,7 @@ export interface KnobNode {
   parameters: Knob[] | null; // null if the node does not answer
 }
 
-const NONE = { name: '', why: '' }; // no change was refused
+const NONE = { name: '', why: '', value: null as any }; // no change was refused; `value` is the one that has stayed
 const NOTCHES = 200; // of a slider
 const WIDE = 100; // from this ratio of its ends on, a slider is logarithmic
 const WIDEST = 1e6; // a wider range gets no slider
@@ -33,8 +33,6 @@ export function valueOf(node: KnobNode, name: string): any {
 
 export function Knobs({ node, link, without }: { node: KnobNode; link: Link; without: string[] }): JSX.Element | null {
   const [failed, setFailed] = React.useState(NONE);
-  const known = node.parameters?.find(knob => knob.name === failed.name);
-  React.useEffect(() => setFailed(NONE), [known?.value]); // it was set since, here or elsewhere
   if (node.parameters === null) {
     return <p>{node.name} does not tell its parameters: it is busy, blocked, or offers none.</p>;
   }
@@ -47,7 +45,7 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
       await link.request('robot.set', { node: node.name, values: { [name]: value } });
       setFailed(NONE);
     } catch (error) {
-      setFailed({ name, why: (error as Error).message });
+      setFailed({ name, why: (error as Error).message, value: valueOf(node, name) });
     }
   };
   return (
@@ -56,7 +54,7 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
       {knobs.map(knob => (
         <React.Fragment key={`${knob.kind} ${knob.name}`}>
           <KnobItem knob={knob} set={set} />
-          {failed.name === knob.name && <Refusal why={failed.why} />}
+          {failed.name === knob.name && failed.value === knob.value && <Refusal why={failed.why} />}
         </React.Fragment>
       ))}
     </details>
