@@ -358,7 +358,7 @@ def test_the_button_runs_the_sessions_cell_and_while_a_cell_runs_a_death_is_told
     expect(panel.locator(".ros-story")).to_contain_text("ZeroDivisionError")
     expect(panel).to_contain_text(re.compile(r", from \d\d:\d\d:\d\d to \d\d:\d\d:\d\d"))
     expect(panel.locator(".ros-story")).to_contain_text("greeter.py, line")
-    expect(panel.get_by_role("log")).to_contain_text("ENDED ended with exit status 1")
+    expect(panel.get_by_role("log")).to_contain_text("ENDED greeter.py ended with exit status 1")
     expect(page.locator('.jp-Notebook-ExecutionIndicator[data-status="busy"]')).to_be_visible()
     (lab[2] / "died/end").touch()
     wait_until_run(page)

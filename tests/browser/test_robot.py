@@ -35,6 +35,9 @@ SET = """from rclpy.parameter import Parameter
 from course.world.node import latest
 driver.node.set_parameters([Parameter('obstacle_threshold', value=2.0)])
 latest().set_parameters([Parameter('room', value='office')])"""
+NOISE = """from rclpy.parameter import Parameter
+from course.world.node import latest
+_ = latest().set_parameters([Parameter('noise', value=0.05)])"""
 BEAMS = """ros.until(lambda: latest().get_parameter('beams').value == 24, 60.0)
 print('beams', latest().get_parameter('beams').value)"""
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
@@ -412,7 +415,7 @@ def check_a_refusal(page, view) -> None:
     expect(refusal).to_have_text(re.compile("^/world rejected the change: noise must be"))
     expect(refusal).to_be_in_viewport(ratio=0.99)
     keep_picture(page, "robot-refused")
-    run_cell(page, 1, "_ = latest().set_parameters([Parameter('noise', value=0.05)])")
+    run_cell(page, 1, NOISE)
     expect(view.get_by_label("noise")).to_have_value("0.05")
     expect(refusal).to_have_count(0)
     page.set_viewport_size(size)
