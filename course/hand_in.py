@@ -31,6 +31,7 @@ from course.foundation import cells
 from course.foundation.times import MINUTES
 from course.foundation.untrusted import read_regular
 from course.notebook.file_differences import differences, written_by
+from course.notebook.file_record import digest, note_checked
 from course.notebook.progress import unanswered
 
 RECEIPT = "receipt.json"
@@ -244,9 +245,14 @@ def run_checks(found: HandIn, tell: Callable[[int, int], None]) -> Checked:
 
 
 def deliver(found: HandIn, folder: Path, name: str, checked: Checked) -> HandedIn:
-    """Write the archive of `found` into `folder`; raises HandInError."""
+    """Write the archive of `found` into `folder`, and note which checks have passed; raises HandInError."""
     now = datetime.now(UTC)
     written = write(found, folder, name, checked.outcomes, now)
+    for at, cell in enumerate(found.cells):
+        if cell.public_check and checked.outcomes.get(cell.name) == cells.PASSED:
+            names = filter(None, map(written_by, found.cells[:at]))
+            digests = {each: digest(found.files[each]) if each in found.files else "" for each in names}
+            note_checked(folder, cell.name, digests, passed=True)
     over = found.is_over(now)
     told = checked.unchecked, found.lateness(now), over, tuple(found.missing), found.unanswered
     return HandedIn(written, list(found.files), checked.outcomes, *told)

@@ -5,6 +5,7 @@ IPython loads it by the environment's configuration (written by environment/inst
 """
 
 import ast
+import contextlib
 import difflib
 import linecache
 import os
@@ -15,6 +16,7 @@ import threading
 import time
 import traceback
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from IPython import get_ipython
@@ -24,12 +26,12 @@ from course.explaining import ros_1
 from course.explaining.cell_loops import server_waited_for
 from course.explaining.refused_lines import refused
 from course.explaining.slips import slips
-from course.explaining.source import parse
+from course.explaining.source import is_cell, parse
 from course.explaining.values_seen import misread
 from course.foundation import cells
 from course.notebook.display import cut_messages
 from course.notebook.file_differences import written_by
-from course.notebook.file_record import note_checked
+from course.notebook.file_record import digest_of, note_checked
 from course.notebook.folder_modules import add_folder
 from course.notebook.needed_cells import SESSION, names_of
 from course.session.guards import say
@@ -41,6 +43,7 @@ PARAMETERS = re.compile(r"\bros2 +param +(?:get|set|list|dump|load|describe|dele
 CHECK = "check"  # the name of the code of a check that `course.check()` runs
 ALIKE = 0.8  # least similarity of a magic's name and `exercise`, which may be meant
 LATE = 4.0  # s of a cell, after which the reader is told that the server is still in a callback
+FOLDED = (str(Path(__file__).parents[1]), contextlib.__file__)  # the course's code, and what runs its contexts
 NEXT = 1.0  # s to the second look at a cell that may be in a loop
 FOR_A_SHELL = re.compile(r"^(ros2|course|colcon|python3?|pip) +[\w-].*$", re.MULTILINE)
 
@@ -127,13 +130,31 @@ def _explain(shell: "InteractiveShell", kind: type, error: Any, trace: Any, tb_o
         error._render_traceback_ = lambda: [_interrupted(trace)]  # type: ignore[attr-defined]
     if "NBGRADER_VALIDATING" in os.environ and isinstance(error, AssertionError):
         error._render_traceback_ = lambda: [f"{kind.__name__}: {error}"]  # type: ignore[attr-defined]
-    shell.showtraceback((kind, error, trace), tb_offset=tb_offset)
+    shell.showtraceback((kind, error, _folded(trace)), tb_offset=tb_offset)
     session = _session()
     if session is not None and session.meanwhile.goes_on and (others := str(session.meanwhile)):
         print(f"note: {others}", file=sys.stderr)
     unquoted = isinstance(error, NameError) and "course.check(" in _line(trace)
     if why := (unquoted and _known(error)) or reason(error, Path()) or _known(error):
         print(why, file=sys.stderr)
+
+
+def _folded(trace: TracebackType) -> TracebackType | None:
+    """Return a traceback without the course's calls between two cells' lines, as of `ros.start` and of `__init__`."""
+    calls: list[TracebackType] = []
+    following: TracebackType | None = trace
+    while following:
+        calls.append(following)
+        following = following.tb_next
+    files = [each.tb_frame.f_code.co_filename for each in calls]
+    own = [at for at, file in enumerate(files) if is_cell(file)]
+    shown = None
+    for at in reversed(range(len(calls))):
+        between = bool(own) and own[0] < at < own[-1]
+        if not between or not files[at].startswith(FOLDED):
+            call = calls[at]
+            shown = TracebackType(shown, call.tb_frame, call.tb_lasti, call.tb_lineno)
+    return shown
 
 
 def _interrupted(trace: Any) -> str:
@@ -143,8 +164,6 @@ def _interrupted(trace: Any) -> str:
 
 
 def _in_cells(trace: Any) -> list[traceback.FrameSummary]:
-    from course.explaining.source import is_cell
-
     return [frame for frame in traceback.extract_tb(trace) if is_cell(frame.filename)]
 
 
@@ -304,8 +323,8 @@ def _tell_of_shell(cell: str, error: SyntaxError) -> None:
 def _note_check(source: str, *, passed: bool) -> None:
     """Note which files a public check of a notebook in the kernel's folder has judged."""
     for path, known, at in _as_check(source):
-        files = [name for above in known[:at] if (name := written_by(above))]
-        note_checked(path.parent, known[at].name, files, passed=passed)
+        digests = {name: digest_of(path.parent / name) for above in known[:at] if (name := written_by(above))}
+        note_checked(path.parent, known[at].name, digests, passed=passed)
         if (session := _session()) is not None:
             session.end_check(passed=passed)
 

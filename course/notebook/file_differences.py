@@ -150,6 +150,15 @@ def _difference(file: Path, notebook: Path, written: bytes) -> str:
             "change from the file into the cell. The file is what counts."
         )
     return (
-        f"{file.name} differs from its cell: since the cell was run, the cell or the file was edited. The file is what "
-        "counts; running the cell replaces it."
+        f"{file.name} differs from its cell: since the cell was run, {_edited(file, content, written)}. The file is "
+        "what counts; running the cell replaces it."
     )
+
+
+def _edited(file: Path, content: bytes, wanted: bytes) -> str:
+    """Return which of the two was edited since a cell last wrote a file, as far as the record tells."""
+    last = file_record.written(file.parent).get(file.name)
+    in_file, in_cell = (last != file_record.digest(text) for text in (content, wanted))
+    if not last or file_record.digest(wanted) in file_record.earlier(file.parent, file.name):
+        return "the cell or the file was edited"
+    return "both were edited" if in_file and in_cell else "the file was edited" if in_file else "the cell was edited"

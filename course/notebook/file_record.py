@@ -71,11 +71,11 @@ def note_reset(file: Path, content: bytes) -> None:
         _note(file.parent, EARLIER, file.name, [each for each in known if each != meant])
 
 
-def note_checked(folder: Path, check: str, files: list[str], *, passed: bool) -> None:
-    """Note that the check called `check` has judged the files of `folder` with these names as they are now."""
-    digests = {name: digest_of(folder / name) for name in files}
-    for kind in (JUDGED, CHECKED) if passed else (JUDGED,):
-        _note(folder, kind, check, digests)
+def note_checked(folder: Path, check: str, digests: dict[str, str], *, passed: bool) -> None:
+    """Note that the check called `check` has judged the files of `folder` with these digests, by name."""
+    _note(folder, JUDGED, check, digests)
+    if passed or checked(folder, check) == digests:  # the last run counts
+        _note(folder, CHECKED, check, digests if passed else {})
 
 
 def _note(folder: Path, kind: str, key: str, value: object) -> None:

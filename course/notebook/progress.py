@@ -200,22 +200,24 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
         return ANSWERED if _answered(cell) else "not answered"
-    if cell.count is None:
-        return "not run"
     files = _judged_by(cell, before)
+    now = {name: file_record.digest_of(folder / name) for name in files}
     judged, passed = file_record.judged(folder, cell.name), file_record.checked(folder, cell.name)
+    passes = bool(now) and passed.items() >= now.items()  # here, or in a hand-in since: the outputs may be older
+    if cell.count is None and not passes:
+        return "not run"
     if judged.keys() >= {*files}:  # the numbers of the cells say nothing: another kernel may have run some of them
-        written = [name for name in files if judged[name] != file_record.digest_of(folder / name)]
+        written = [name for name in files if judged[name] != now[name]]
         if written:
             return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN
-    elif any(above.solution and (above.count or 0) > cell.count and not refused(above) for above in before):
+    elif any(above.solution and (above.count or 0) > (cell.count or 0) and not refused(above) for above in before):
         return AGAIN
-    if lines := _message(cell):
+    if not passes and (lines := _message(cell)):
         return f"{FAILED}{lines[0]}"
     changed = [
         name
         for name in files
         if (why := differ.get(name))
-        if why not in (FILE_EDITED, CELL_OLDER) or passed.get(name) != file_record.digest_of(folder / name)
+        if why not in (FILE_EDITED, CELL_OLDER) or passed.get(name) != now[name]
     ]
     return f"{CHANGED}: {changed[0]}" if changed else PASSED

@@ -123,9 +123,9 @@ class Session:
         self.watch = Watch(self._handles)
         self._logs = SessionLogs(self.node, self._handles, self.watch.notice)
         self._spinner = self._spin()
-        outsiders = Outsiders(self.node, domain_id, self._handles)
-        self._calls = Calls(self.node, self._handles, self.watch, outsiders)
-        self.meanwhile = Meanwhile(self.node, self._handles, outsiders)
+        self.outsiders = Outsiders(self.node, domain_id, self._handles)
+        self._calls = Calls(self.node, self._handles, self.watch, self.outsiders)
+        self.meanwhile = Meanwhile(self.node, self._handles, self.outsiders)
         self._told_unfit: set[str] = set()  # topics with incompatible QoS that the reader knows about
         self._closed = False
         self._publishing = Publishing(domain_id, str(self._folder), self._handles)
@@ -135,7 +135,7 @@ class Session:
             calls=self._calls,
             logs=self._logs,
             prepare=self._find_packages,
-            outsiders=outsiders,
+            outsiders=self.outsiders,
             publishing=self._publishing,
             watch=self.watch,
         )

@@ -123,6 +123,14 @@ class Outsiders:
                 found.append(key)
         return found
 
+    def is_command(self, endpoint_gid: Iterable[int], name: str) -> bool:
+        """Return True if an endpoint belongs to a running command of this name, as `ros2`; for a node without a name.
+
+        The middleware may know an endpoint before its node, and a command may end before that is known.
+        """
+        found = [_command(pid).split()[:PROGRAM_WORDS] for pid in self._processes(bytes(endpoint_gid))]
+        return bool(found) and all(name in words for words in found)
+
     def are_gone(self, name: str) -> bool:
         """Return True if the graph has servers of `name`, and the programs of all of them have ended on this host."""
         known = [bytes(end.endpoint_gid) for end in self._ends(name)]

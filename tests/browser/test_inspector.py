@@ -60,7 +60,10 @@ def check_a_parameter(panel) -> None:
     limit.fill("5")
     expect(panel).not_to_contain_text("Wait at most: write a number")
     panel.get_by_role("button", name="Set", exact=True).click()
-    expect(panel.get_by_role("region", name="Timeline")).to_contain_text("rejected")
+    refusal = panel.get_by_role("group", name="Result")
+    expect(refusal).to_contain_text("Result, rejected:")
+    expect(refusal).to_be_in_viewport(ratio=0.99)  # it is scrolled to
+    keep_picture(panel.page, "inspector-rejected")
     expect(speed).to_have_value("5")  # with the reason below
     limit.fill("x")
     panel.get_by_role("button", name="Set", exact=True).click()
@@ -79,7 +82,10 @@ def check_a_parameter(panel) -> None:
 
 def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph_shows_it(lab, page):
     panel = begin(page, lab, "inspected")
+    size = page.viewport_size
+    page.set_viewport_size({"width": 1280, "height": 500})
     check_a_parameter(panel)
+    page.set_viewport_size(size)
     panel.get_by_label("What to do").select_option("Call a service")
     panel.get_by_role("combobox", name="Service", exact=True).select_option("/add_two_ints")
     panel.get_by_label("a int64").fill("two")

@@ -8,6 +8,7 @@ import nbformat
 import pytest
 from playwright.sync_api import Page, expect
 
+from course.foundation.waiting import wait_until
 from tests.browser.conftest import WAIT, serving
 from tests.browser.pages import (
     cell,
@@ -206,10 +207,23 @@ def test_a_server_that_is_started_again_is_found_within_seconds_and_no_kernel_wa
         begin_session(page)
         expect(panel).not_to_contain_text("There is no live session")
         panel.evaluate(KEEP)
+        run_from_palette(page, "ROS course", "ROS terminal")
+        terminal = page.locator(".jp-Terminal")
+        terminal.locator(".xterm-screen").click()
+        page.keyboard.type("touch here\n")
+        assert wait_until((served / "served_again/here").exists, WAIT / 1e3)
     expect(panel).to_contain_text("Jupyter’s server does not answer.")
+    expect(terminal).to_contain_text("Jupyter’s server does not answer.")
     with serving(tmp_path, served, server):
         expect(panel).not_to_contain_text("Jupyter’s server does not answer.", timeout=15_000)
         expect(panel).not_to_contain_text("Connecting")
         assert not [text for text in page.evaluate("texts") if "was restarted" in text or "no live session" in text]
+        expect(terminal).to_contain_text("Jupyter’s server has ended this terminal: what is typed here is lost.")
         keep_picture(page, "served-again")
+        terminal.get_by_role("button", name="Open a new terminal").click()
+        expect(terminal.get_by_role("button")).to_have_count(0)
+        expect(terminal).to_have_count(1)
+        page.locator(".jp-Terminal:focus-within").wait_for()
+        page.keyboard.type("touch again\n")
+        assert wait_until((served / "served_again/again").exists, WAIT / 1e3)
     page.close()

@@ -35,6 +35,9 @@ SET = """from rclpy.parameter import Parameter
 from course.world.node import latest
 driver.node.set_parameters([Parameter('obstacle_threshold', value=2.0)])
 latest().set_parameters([Parameter('room', value='office')])"""
+NOISE = """from rclpy.parameter import Parameter
+from course.world.node import latest
+_ = latest().set_parameters([Parameter('noise', value=0.05)])"""
 BEAMS = """ros.until(lambda: latest().get_parameter('beams').value == 24, 60.0)
 print('beams', latest().get_parameter('beams').value)"""
 PUT = r"The robot was put at x = (\d\.\d\d) m, y = (\d\.\d\d) m\."
@@ -255,8 +258,12 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     canvas.focus()
     page.keyboard.press("o")
     expect(view.locator(".ros-Robot-said")).to_have_text("An obstacle was dropped.")
-    page.keyboard.press("o")
-    expect(view.locator(".ros-Robot-said")).to_contain_text("No obstacle fits there")
+
+    def is_refused() -> bool:  # the first one may lie where the robot looked before it stopped
+        page.keyboard.press("o")
+        return "No obstacle fits there" in view.locator(".ros-Robot-said").text_content()
+
+    assert wait_until(is_refused, WAIT / 1e3)
     dropping.click()
     expect(view.locator(".ros-Robot-said")).to_contain_text("Click in the room, where the obstacle is to be")
     run_cell(page, 2, "ros.stop('world')")
@@ -363,29 +370,70 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(plot.get_by_label("Field")).to_have_value("twist.twist.linear.x")
     expect(plot.get_by_text("/odom has no number")).to_have_count(0)
     plot.get_by_role("button", name="Add to the plot").click()
-    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0 m/s")
+    plot.get_by_label("Field").fill("pose.pose.position.x")
+    plot.get_by_role("button", name="Add to the plot").click()
+    first = plot.get_by_role("listitem").first.locator("output")
+    expect(first).to_have_text("0 m/s")
     run_cell(page, 1, DRIVER)
-    expect(plot.get_by_role("listitem").locator("output")).to_have_text("0.3 m/s")
+    expect(first).to_have_text("0.3 m/s")
+    removes = plot.get_by_role("button", name="Remove")
+    assert removes.first.bounding_box()["x"] == removes.last.bounding_box()["x"]
+    plot.get_by_label("Field").fill("seq")
+    plot.get_by_role("button", name="Add to the plot").click()
+    expect(plot.get_by_text("/odom has no number seq")).to_be_visible()
     plot.get_by_role("button", name="Pause").click()
+    expect(plot.get_by_text("/odom has no number seq")).to_have_count(0)
+    keep_picture(page, "plot")
+    removes.last.click()
     plot.get_by_label("Scroll").press("Home")
     expect(plot.get_by_role("listitem").locator("output")).to_have_text("–")  # before the first
     with page.expect_download() as table:
         plot.get_by_role("button", name="Save as CSV").click()
     head, *rows = table.value.path().read_text().splitlines()
+    page.evaluate(WRITTEN)
     assert head == '"world time since the plot began (s)","/odom twist.twist.linear.x"'
     assert -1.0 < float(rows[0].split(",")[0]) < 5.0  # it begins with the plot
     assert {0.0, 0.3} <= {round(float(row.split(",")[1]), 3) for row in rows}
     with page.expect_download() as picture:
         plot.get_by_role("button", name="Save as PNG").click()
     assert picture.value.path().read_bytes().startswith(b"\x89PNG")
+    assert "▬ /odom twist.twist.linear.x (m/s)" in page.evaluate("window.written")
     expect_no_barriers(page, "#ros2-course-plot", "plot")
     page.get_by_role("tab", name="Plot", exact=True).locator(".lm-TabBar-tabCloseIcon").click()
     expect(view.get_by_label("obstacle_threshold")).to_be_visible()
+    check_a_refusal(page, view)
     expect_no_barriers(page, ".ros-Panel", "robot")
     page.set_viewport_size({"width": 390, "height": 800})
     page.get_by_role("tab", name="Robot", exact=True).click()  # on a narrow page it lies behind the notebook
     page.wait_for_function("() => document.querySelector('.ros-Panel').getBoundingClientRect().right <= 390")
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")
+
+
+def check_a_refusal(page, view) -> None:
+    """The refusal of a parameter is scrolled to, and goes when another value is set, wherever that is done."""
+    size = page.viewport_size
+    page.set_viewport_size({"width": 1280, "height": 800})
+    refusal = view.get_by_role("alert")
+    view.get_by_label("noise").fill("-3")
+    view.get_by_label("noise").press("Enter")
+    expect(refusal).to_have_text(re.compile("^/world rejected the change: noise must be"))
+    expect(refusal).to_be_in_viewport(ratio=0.99)
+    keep_picture(page, "robot-refused")
+    run_cell(page, 1, NOISE)
+    expect(view.get_by_label("noise")).to_have_value("0.05")
+    expect(refusal).to_have_count(0)
+    page.set_viewport_size(size)
+
+
+# What is written on canvases from now on.
+WRITTEN = """() => {
+  window.written = [];
+  const { prototype } = CanvasRenderingContext2D, { fillText } = prototype;
+  prototype.fillText = function (text, ...place) {
+    window.written.push(text);
+    fillText.call(this, text, ...place);
+  };
+}"""
 
 
 def pieces(plot: Locator) -> int:

@@ -86,6 +86,30 @@ def test_the_start_page_has_a_strip_of_a_terminal_below_it_and_stays_as_one_leav
     assert [url for url in asked if "/lab/api/update" in url or "/lab/api/news" in url] == []
 
 
+@pytest.mark.matrix  # the test above has the start page alone
+def test_a_start_page_that_is_opened_beside_a_terminal_brings_no_second_one(lab, page):
+    served = lab[2]
+    write_greeter(served / "before")
+    nbformat.write(nbformat.v4.new_notebook(), served / "index.ipynb")
+    open_page(page, lab, "before/before.ipynb")
+    run_from_palette(page, "ROS course", "ROS terminal")
+    page.locator(".jp-Terminal .xterm-screen").wait_for()
+    choose(page, "File", "Open from Path…")
+    page.get_by_role("dialog").locator("input").fill("index.ipynb")
+    page.get_by_role("dialog").get_by_role("button", name="Open").click()
+    saved = served.parent / "home/config/lab/workspaces"
+
+    def is_arranged() -> bool:
+        """Return True once JupyterLab has saved the layout, a moment after it was arranged."""
+        texts = [path.read_text() for path in saved.glob("*")]
+        return page.title() != "" and any(
+            'course:arranged"' in text and '"current":"notebook:index.ipynb"' in text for text in texts
+        )
+
+    assert wait_until(is_arranged, WAIT / 1e3)
+    expect(page.locator(".lm-DockPanel-tabBar .lm-TabBar-tab").filter(has_text="Terminal")).to_have_count(1)
+
+
 def check_the_first_screen(page: Page) -> None:
     """See what the start page is, its sections and its button, without scrolling; the button checks the machine."""
     first = cell(page, 0).locator(".jp-RenderedMarkdown")

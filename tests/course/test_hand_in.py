@@ -22,6 +22,7 @@ from course.errors import HandInError
 from course.foundation import cells
 from course.notebook import runs
 from course.notebook.exercise_names import wanted_files
+from course.notebook.progress import parts
 from course.returned import reading
 
 COURSE = str(Path(sys.executable).with_name("course"))
@@ -93,6 +94,8 @@ def test_an_archive_holds_the_files_as_they_are_and_a_receipt(folder):
         assert receipt["files"][name] == expected
     assert "1 of 1 public checks passed" in ran.stdout
     assert ran.stderr == ""
+    known = cells.read(folder / "greeter.ipynb")
+    assert [part.state for part in parts("greeter", known, folder)] == ["passed"]  # though no cell was run
 
 
 def test_the_checks_see_the_files_that_are_handed_in_not_their_cells(folder):

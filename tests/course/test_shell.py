@@ -591,6 +591,12 @@ def test_an_old_prompt_stays_until_what_follows_it_is_known(environment, open_te
         registry.put_in_front(os.getpid(), "", str(tmp_path / "services"))
         terminal.type(AGAIN)
         terminal.read_until(r"\rlooks\r\n\x1b\[A\r\x1b\[JThe notebook in front has no session: [^$]*\$ $")
+        terminal.type(f"COURSE_PYTHON={python}\n")  # what has looked has set it
+        terminal.read_until(r"\$ $")
+        registry.put_in_front(os.getpid(), "another", str(tmp_path))  # another kernel, too
+        terminal.type(AGAIN)
+        old, removed = r"^\r\x1b\[K\r[^\r\n]+\$ \r\n[^\n]*", r"\x1b\[A\r\x1b\[J"
+        terminal.read_until(rf"{old}\rlooks\r\n{removed}The notebook in front has no session: [^$]*\$ $")
     finally:
         registry.forget_front(os.getpid())
 

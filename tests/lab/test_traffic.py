@@ -117,7 +117,7 @@ def test_a_goal_is_accepted_before_its_feedback_in_whatever_order_rclpy_tells_of
 def test_a_call_of_another_program_is_seen_from_the_server_that_the_session_runs(kernel, page):
     introspected(kernel, "/add_two_ints")
     assert "sum=42" in kernel.run(COMMAND.format(name="add_two_ints"))
-    exchange = events(kernel, name="/add_two_ints", ros2=True, state="over")
+    exchange = events(kernel, name="/add_two_ints", by="the ros2 command", state="over")  # though it ends at once
     (began, *request), (took, *response) = exchange["events"]
     assert (request, response) == (["request", "a: 20\nb: 22"], ["response", "sum: 42"])
     assert began == 0.0 < took

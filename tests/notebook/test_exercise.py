@@ -379,3 +379,13 @@ def test_a_hint_names_only_what_is_on_the_page(kernel):
         "Hint: The name of a check is a text, in quotation marks: `course.check('relay')`."
     )
     (kernel.folder / "page.ipynb").unlink()
+
+
+def test_between_a_cell_and_the_line_of_its_class_no_call_of_the_course_is_shown(kernel):
+    said = kernel.run(
+        "from rclpy.node import Node\nclass Late(Node):\n    def __init__(self):\n        super().__init__('late')\n"
+        "        self.seen = missing_name\nros.start(Late)"
+    )
+    assert "ros.start(Late)" in said and "self.seen = missing_name" in said
+    assert said.count("NameError: name 'missing_name' is not defined") == 1
+    assert "started_nodes.py" not in said and "contextlib.py" not in said

@@ -21,6 +21,7 @@ from course.notebook.file_differences import (
     remember_unwritten,
     unlike,
 )
+from course.notebook.file_record import note_written
 from course.notebook.stubs import keep_copy
 
 
@@ -62,6 +63,21 @@ def test_a_cell_that_was_edited_and_not_run(folder):
     assert differences(folder)["server.py"].startswith(
         "server.py differs from its cell: since the cell was run, the cell or the file was edited."
     )
+
+
+@pytest.mark.parametrize(
+    ("last", "edited"),
+    [
+        ("print('before')\n", "the cell was edited"),
+        ("print('one')\nprint('two')\n", "the file was edited"),
+        ("x\n", "both were edited"),
+    ],
+)
+def test_what_a_cell_has_written_last_tells_which_was_edited(folder, last, edited):
+    (folder / "server.py").write_text("print('before')\n")
+    age(folder / "server.py", 60)
+    note_written(folder / "server.py", last.encode())
+    assert f"since the cell was run, {edited}. The file is" in differences(folder)["server.py"]
 
 
 def test_a_cell_that_was_refused(folder):

@@ -99,7 +99,7 @@ def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(s
     """After a restart, a cell that was run before has a higher number than the check."""
     section("services", written() | {"execution_count": 38}, check(count=2, outputs=error))
     folder = tmp_path / "services"
-    file_record.note_checked(folder, "adder", ["a.py"], passed=not error)
+    file_record.note_checked(folder, "adder", {"a.py": file_record.digest(b"x = 1\n")}, passed=not error)
     assert [part.state for part in progress(tmp_path)] == ["not yet: 1 + 2 gave 4" if error else "passed"]
     section("services", written("x = 2\n") | {"execution_count": 1}, check(count=40, outputs=error))
     (folder / "a.py").write_text("x = 2\n")  # by its cell, in another kernel
@@ -107,6 +107,18 @@ def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(s
     assert [part.state for part in progress(tmp_path)] == ["run it again: the file was written again since"]
     (folder / "a.py").write_text("x = 3\n")  # by hand
     assert [part.state for part in progress(tmp_path)] == ["changed since the check: a.py"]
+
+
+@pytest.mark.parametrize("before", [check(count=None), check(outputs=(ERROR,)), check()])
+def test_a_check_that_has_passed_on_the_file_elsewhere_has_passed_until_it_fails(section, tmp_path, before):
+    """As in a hand-in, which runs the checks beside the notebook, whose outputs are of an earlier run or of none."""
+    section("services", written() | {"execution_count": 9}, before)
+    folder, text = tmp_path / "services", {"a.py": file_record.digest(b"x = 1\n")}
+    file_record.note_checked(folder, "adder", text, passed=True)
+    assert [part.state for part in progress(tmp_path)] == ["passed"]
+    section("services", written() | {"execution_count": 9}, check(count=10, outputs=(ERROR,)))
+    file_record.note_checked(folder, "adder", text, passed=False)
+    assert [part.state for part in progress(tmp_path)] == ["not yet: 1 + 2 gave 4"]
 
 
 def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, tmp_path):

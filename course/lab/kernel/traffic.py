@@ -62,6 +62,7 @@ QOS = {
     STATUSES: QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL),
     FEEDBACK: QoSProfile(depth=100),
 }
+COMMAND = "the ros2 command"
 OTHER = "another program"
 UNTAKEN = 1.0  # s after which a response that its client has not taken is told
 NOT_TAKEN = "The server has sent its response, and {} has not taken it: its executor is busy, or nothing spins it."
@@ -217,7 +218,9 @@ class Traffic(ClientWatcher):
         """Return the node whose client sent a request, by the middleware's id of the client."""
         if self._callers.get(client, OTHER) == OTHER:
             infos = self.live.node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
-            self._callers[client] = _said(_names(each for each in infos if bytes(each.endpoint_gid) == client))
+            names = _names(each for each in infos if bytes(each.endpoint_gid) == client)
+            command = not names and self.live.outsiders.is_command(client, "ros2")
+            self._callers[client] = COMMAND if command else _said(names)
         return self._callers[client]
 
     def _read(self, at: float, name: str, end: str, kind: type, message: bytes, long: int) -> None:
@@ -469,7 +472,7 @@ def _names(ends: Iterable[TopicEndpointInfo]) -> list[str]:
 def _said(names: list[str]) -> str:
     if not names:
         return OTHER
-    return "the ros2 command" if names[0].startswith("/_ros2cli") else names[0]
+    return COMMAND if names[0].startswith("/_ros2cli") else names[0]
 
 
 def _fitting(publishers: Iterable[TopicEndpointInfo], qos: QoSProfile) -> QoSProfile:

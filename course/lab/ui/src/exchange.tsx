@@ -3,7 +3,7 @@
 import * as React from 'react';
 
 import { Link } from './link';
-import { useTopic } from './panel';
+import { useInSight, useTopic } from './panel';
 
 export interface Exchange {
   number: string; // the kernel's process id, a point, and a count
@@ -33,16 +33,17 @@ const ENDS: { [kind in Exchange['kind']]: [string, string] } = {
 };
 const SHOWN = 24; // arrows at most
 const FEW = 8; // messages, fewer of which are listed at once
-const RESULTS = new Set(['succeeded', 'canceled', 'aborted']); // the events that end a goal
+const RESULTS = new Set(['succeeded', 'canceled', 'aborted', 'rejected']); // the events that end a goal or a change
 
 interface View {
   link: Link;
   number: string;
   onlooker?: boolean; // true if a repeated publication ends although this shows it
+  sent?: boolean; // true if the reader has just sent it, and is to see that it failed
   remark?: (exchange: Exchange) => React.ReactNode; // drawn below the buttons
 }
 
-export function ExchangeView({ link, number, onlooker = false, remark }: View): JSX.Element {
+export function ExchangeView({ link, number, onlooker = false, sent = false, remark }: View): JSX.Element {
   const [exchange, setExchange] = React.useState<Exchange | null>(null);
   const [failed, setFailed] = React.useState('');
   const [listed, setListed] = React.useState<boolean | null>(null); // the messages; null before there are any
@@ -68,10 +69,12 @@ export function ExchangeView({ link, number, onlooker = false, remark }: View): 
       setFailed((error as Error).message);
     }
   };
+  const why = failed || exchange?.failed;
   const events = exchange?.events ?? [];
   // The list of a call is short: there the response is read, unless the reader has folded it.
   const tells = (event: string) => RESULTS.has(event) || (event === 'response' && listed === false);
   const result = [...events].reverse().find(([, event, text]) => tells(event) && text);
+  const answer = useInSight<HTMLDivElement>(sent && (why || (result?.[1] === 'rejected' && result[2])));
   return (
     <section className="ros-Exchange" aria-label="Timeline">
       <div className="ros-Panel-head">
@@ -82,17 +85,19 @@ export function ExchangeView({ link, number, onlooker = false, remark }: View): 
       </div>
       {exchange && remark?.(exchange)}
       {exchange && <p className="ros-quiet">{`Sent by ${exchange.by}. ${exchange.about}`}</p>}
-      <div role="status">
-        {exchange?.state === 'running' && waits(exchange) && <p>Waiting for {awaited(exchange)} …</p>}
-        {exchange?.note && <p className="ros-lines">{exchange.note}</p>}
-        {(failed || exchange?.failed) && <pre className="ros-story">{failed || exchange?.failed}</pre>}
-        {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
-      </div>
-      {result && (
-        <div className="ros-Result" role="group" aria-label="Result">
-          {result[1] === 'response' ? 'Response' : `Result, ${result[1]}`}:<pre tabIndex={0}>{result[2]}</pre>
+      <div ref={answer}>
+        <div role="status">
+          {exchange?.state === 'running' && waits(exchange) && <p>Waiting for {awaited(exchange)} …</p>}
+          {exchange?.note && <p className="ros-lines">{exchange.note}</p>}
+          {why && <pre className="ros-story">{why}</pre>}
+          {exchange?.state === 'over' && <p className="ros-hidden">{events[events.length - 1]?.[1]}</p>}
         </div>
-      )}
+        {result && (
+          <div className="ros-Result" role="group" aria-label="Result">
+            {result[1] === 'response' ? 'Response' : `Result, ${result[1]}`}:<pre tabIndex={0}>{result[2]}</pre>
+          </div>
+        )}
+      </div>
       {exchange && events.length > 0 && <Flow exchange={exchange} />}
       {exchange && events.length > 0 && (
         <details open={listed ?? false} onToggle={event => setListed(event.currentTarget.open)}>

@@ -14,6 +14,7 @@ import { handIn, handInButton, handInIcon, hasExercise } from './handing_in';
 import { InspectorPanel, inspectorIcon } from './inspector';
 import { language } from './language';
 import { Links } from './link';
+import { lostTerminals } from './lost_terminals';
 import { NodesPanel, nodesIcon } from './nodes';
 import { PLOT_VIEW, PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
@@ -135,4 +136,4 @@ const panels: JupyterFrontEndPlugin<void> = {
   }
 };
 
-export default [handingIn, panels, ways, absent, ready, front, layout, main, strip, language, figures, wrapping];
+export default [handingIn, panels, ways, absent, ready, front, layout, main, strip, lostTerminals, language, figures, wrapping];

@@ -307,6 +307,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   const [refused, setRefused] = React.useState(false); // true if what was to be sent had an error, until it has none
   const [failed, setFailed] = React.useState('');
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
+  const sent = React.useRef(''); // the number of what the reader has sent last since this form is shown
   const [reading, setReading] = React.useState(0);
   const typed = React.useRef(false); // since the form was asked for
   const change = (given: Given) => {
@@ -400,6 +401,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       setRefused(Object.keys(found.wrong).length > 0);
       if (Object.keys(found.wrong).length === 0) {
         const number: string = await link.request('inspector.send', asked);
+        sent.current = number;
         setExchange(number);
         if (asked.rate) {
           repeats(number, exchange);
@@ -513,7 +515,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
           {failed && <pre className="ros-story">{failed}</pre>}
         </div>
       </form>
-      {exchange !== null && <ExchangeView link={link} number={exchange} remark={remark} />}
+      {exchange !== null && <ExchangeView link={link} number={exchange} sent={exchange === sent.current} remark={remark} />}
       <h3>The same in a terminal</h3>
       <Code text={looked.ros2} what="The line" waiting={waiting} wrap />
       <h3>The same in Python</h3>

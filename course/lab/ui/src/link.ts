@@ -5,6 +5,8 @@ import { ServerConnection } from '@jupyterlab/services';
 import { IDisposable, DisposableDelegate } from '@lumino/disposable';
 import { ISignal, Signal } from '@lumino/signaling';
 
+import { answers, LONGEST } from './server';
+
 /** The state of the kernel: `waiting` for a live session, `up`, `offline` if the server does not answer, `gone`
  * if it answers and has no such kernel (any more), or `connecting`, at first, while it is asked, and after a message
  * that was too long.
@@ -28,7 +30,6 @@ interface Subscription {
 /** The page's own name in the kernel, which tells the pages apart that drive the robot. */
 export const PAGE = crypto.getRandomValues(new Uint32Array(4)).join('-');
 
-const LONGEST = 3000; // ms between two tries to reach the server
 const AGAIN = 3000; // ms until a subscription that has ended with an error is begun again
 
 export class Link implements IDisposable {
@@ -128,7 +129,7 @@ export class Link implements IDisposable {
     if (this._state !== 'offline' && this._state !== 'gone') {
       this._set('connecting');
     }
-    const state = await this._ask();
+    const state = (await answers(`api/kernels/${encodeURIComponent(this.kernelId)}`)) === 404 ? 'gone' : 'offline';
     if (!this._disposed) {
       this._set(state);
       this._timer = window.setTimeout(() => this._connect(), this._delay);
@@ -136,18 +137,6 @@ export class Link implements IDisposable {
       if (state === 'gone') {
         this._missed();
       }
-    }
-  }
-
-  /** Ask the server for the kernel. */
-  private async _ask(): Promise<State> {
-    const settings = ServerConnection.makeSettings();
-    const url = URLExt.join(settings.baseUrl, 'api/kernels', encodeURIComponent(this.kernelId));
-    try {
-      const answer = await ServerConnection.makeRequest(url, { signal: AbortSignal.timeout(LONGEST) }, settings);
-      return answer.status === 404 ? 'gone' : 'offline';
-    } catch {
-      return 'offline';
     }
   }
 

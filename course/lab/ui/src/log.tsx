@@ -7,8 +7,6 @@ import { useTopic } from './panel';
 
 const KEPT = 1000; // lines in the page
 const SEARCH = 300; // ms without a key until a search begins
-const EDGE = 8; // px from the edge of the log to the middle of a line
-const LINE = '.ros-Log-line';
 const MOST = 50; // nodes that have ended in the menu
 const GONE = 3000; // ms after which a node that is in the log alone has ended: one that starts logs before it is listed
 const FIRST = 1000; // ms in which the first lines come, if there are any
@@ -96,17 +94,10 @@ export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[]
   const box = React.useRef<HTMLDivElement>(null);
   const atEnd = React.useRef(true);
   const top = React.useRef(0); // px, at the last scroll
-  const [first, setFirst] = React.useState(-1); // the id of the first line in view, which names its node
-  const look = () => {
-    const { left, top, height } = box.current!.getBoundingClientRect();
-    const found = height > 0 && document.elementsFromPoint(left + EDGE, top + EDGE).find(each => each.matches(LINE));
-    setFirst(found ? Number((found as HTMLElement).dataset.id) : -1);
-  };
   React.useLayoutEffect(() => {
     if (box.current && atEnd.current) {
       box.current.scrollTop = box.current.scrollHeight;
     }
-    look();
   }, [lines]);
   React.useEffect(() => {
     const sized = new ResizeObserver(([{ target }]) => {
@@ -124,7 +115,6 @@ export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[]
     }
   }, [up]);
   const double = nodes.filter(node => isDouble(node, nodes)).map(node => ({ ...node, name: logged(node.name) }));
-  const sources = lines.map(line => sourceOf(line, double));
   return (
     <section className="ros-Log" aria-label="Log">
       <div className="ros-Log-head">
@@ -178,23 +168,21 @@ export function Log({ link, nodes: known }: { link: Link | null; nodes: Source[]
             atEnd.current = end;
           }
           top.current = scrollTop;
-          look();
         }}
       >
-        {lines.map((line, number) => {
-          const source = sources[number];
-          const other = source !== sources[number - 1] || line.id === first;
-          const open = choice === null || (choice.pid === 0 && source !== line.node);
-          return <LogLine key={line.id} line={line} source={source} named={open && other} />;
+        {lines.map(line => {
+          const source = sourceOf(line, double);
+          const named = choice === null || (choice.pid === 0 && source !== line.node);
+          return <LogLine key={line.id} line={line} source={source} named={named} />;
         })}
       </div>
     </section>
   );
 }
 
-/** A line; the node is named where it is another one than in the line above, in the first line in view, on hovering. */
+/** A line; the node is named unless the reader has chosen it. */
 const LogLine = React.memo(({ line, source, named }: { line: Line; source: string; named: boolean }) => (
-  <div className={`ros-Log-line ros-mod-${line.level}`} data-id={line.id} title={source}>
+  <div className={`ros-Log-line ros-mod-${line.level}`} title={source}>
     {line.stamp && <Time stamp={line.stamp} />}
     <span className="ros-level">{line.level}</span>{' '}
     {named && (

@@ -12,6 +12,7 @@ import { Current, isConnecting } from './current';
 import { Link, State } from './link';
 
 export const CONNECTING = 'Connecting …';
+export const OFFLINE = 'Jupyter’s server does not answer. Trying again …';
 const LIVE = 'course.live()'; // in the cell that makes the session
 const HIDDEN = 1000; // ms: JupyterLab hides everything for a moment when its theme changes
 const AGAIN = 2000; // ms until what could not be drawn is tried again
@@ -188,6 +189,17 @@ export function useTopic(
   }, [link, topic, JSON.stringify(options)]);
 }
 
+/** Return a reference to what is scrolled into view when `shown` becomes true, or something else that counts as true. */
+export function useInSight<T extends Element>(shown: unknown): React.RefObject<T> {
+  const place = React.useRef<T>(null);
+  React.useEffect(() => {
+    if (shown) {
+      place.current?.scrollIntoView({ block: 'nearest' });
+    }
+  }, [shown]);
+  return place;
+}
+
 /** The cell that makes the session, and whether it is the notebook's first one with code; null if there is none. */
 export function liveCell(panel: NotebookPanel): { cell: Cell; first: boolean } | null {
   const cells = panel.content.widgets.filter(cell => cell.model.type === 'code');
@@ -249,7 +261,7 @@ export function instead(current: Current, link: Link | null): string | null {
     case 'up':
       return null;
     case 'offline':
-      return 'Jupyter’s server does not answer. Trying again …';
+      return OFFLINE;
     case 'gone':
       return 'Jupyter’s server has ended the kernel, and its nodes have ended. Choose a kernel in the Kernel menu.';
     case 'connecting':

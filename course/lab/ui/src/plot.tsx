@@ -111,6 +111,7 @@ function Plot({ current, memory }: { current: Current; memory: Memory }): JSX.El
   useDrawing(canvas, memory);
   const change = (changed: Partial<Memory>) => {
     Object.assign(memory, changed);
+    setFailed(''); // the reader does something else now
     redraw();
   };
   const end = () => memory.series.reduce((last, { times }) => Math.max(last, times[times.length - 1] ?? 0), memory.began);
@@ -384,12 +385,14 @@ function Row(props: {
   return (
     <li>
       <span className="ros-Robot-swatch" style={{ background: `var(${colourOf(series.place)})` }} aria-hidden="true" />
-      <code>{nameOf(series)}</code>
-      <output>
-        {told(value)}
-        {typeof value === 'number' && series.unit && ` ${series.unit}`}
-      </output>
-      <span className="ros-quiet">{props.link && note}</span>
+      <span className="ros-Plot-told">
+        <code>{nameOf(series)}</code>
+        <output>
+          {told(value)}
+          {typeof value === 'number' && series.unit && ` ${series.unit}`}
+        </output>
+        <span className="ros-quiet">{props.link && note}</span>
+      </span>
       <button aria-label={`Remove ${nameOf(series)}`} title="Remove it from the plot" onClick={props.remove}>
         ×
       </button>

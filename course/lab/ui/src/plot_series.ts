@@ -225,7 +225,8 @@ export function draw(
     context.setLineDash(DASHES[Math.floor(series.place / NAMES.length) % DASHES.length]);
     if (legend) {
       context.textAlign = 'left';
-      context.fillText(`▬ ${nameOf(series)}`, MARGIN.left, MARGIN.top + 18 * row + 6);
+      const unit = series.unit && ` (${series.unit})`;
+      context.fillText(`▬ ${nameOf(series)}${unit}`, MARGIN.left, MARGIN.top + 18 * row + 6);
     }
     context.save();
     context.beginPath();

@@ -3,6 +3,7 @@
 import * as React from 'react';
 
 import { Link } from './link';
+import { useInSight } from './panel';
 
 interface Knob {
   name: string;
@@ -20,6 +21,7 @@ export interface KnobNode {
   parameters: Knob[] | null; // null if the node does not answer
 }
 
+const NONE = { name: '', why: '', value: null as any }; // no change was refused; `value` is the one that has stayed
 const NOTCHES = 200; // of a slider
 const WIDE = 100; // from this ratio of its ends on, a slider is logarithmic
 const WIDEST = 1e6; // a wider range gets no slider
@@ -30,7 +32,7 @@ export function valueOf(node: KnobNode, name: string): any {
 }
 
 export function Knobs({ node, link, without }: { node: KnobNode; link: Link; without: string[] }): JSX.Element | null {
-  const [failed, setFailed] = React.useState({ name: '', why: '' });
+  const [failed, setFailed] = React.useState(NONE);
   if (node.parameters === null) {
     return <p>{node.name} does not tell its parameters: it is busy, blocked, or offers none.</p>;
   }
@@ -41,21 +43,29 @@ export function Knobs({ node, link, without }: { node: KnobNode; link: Link; wit
   const set = async (name: string, value: any) => {
     try {
       await link.request('robot.set', { node: node.name, values: { [name]: value } });
-      setFailed({ name: '', why: '' });
+      setFailed(NONE);
     } catch (error) {
-      setFailed({ name, why: (error as Error).message });
+      setFailed({ name, why: (error as Error).message, value: valueOf(node, name) });
     }
   };
   return (
-    <details className="ros-Robot-knobs" open onFocus={() => setFailed({ name: '', why: '' })}>
+    <details className="ros-Robot-knobs" open onFocus={() => setFailed(NONE)}>
       <summary>Parameters of {node.name}</summary>
       {knobs.map(knob => (
         <React.Fragment key={`${knob.kind} ${knob.name}`}>
           <KnobItem knob={knob} set={set} />
-          {failed.name === knob.name && <div role="alert">{failed.why}</div>}
+          {failed.name === knob.name && failed.value === knob.value && <Refusal why={failed.why} />}
         </React.Fragment>
       ))}
     </details>
+  );
+}
+
+function Refusal({ why }: { why: string }): JSX.Element {
+  return (
+    <div role="alert" ref={useInSight<HTMLDivElement>(why)}>
+      {why}
+    </div>
   );
 }
 

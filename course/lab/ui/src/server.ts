@@ -16,3 +16,16 @@ export async function post(path: string, body: object): Promise<Response> {
   }
   return response;
 }
+
+export const LONGEST = 3000; // ms between two tries to reach the server, and for its answer
+
+/** Return the status with which the server answers a request, 0 if it does not answer. */
+export async function answers(path: string): Promise<number> {
+  const settings = ServerConnection.makeSettings();
+  const url = URLExt.join(settings.baseUrl, path);
+  try {
+    return (await ServerConnection.makeRequest(url, { signal: AbortSignal.timeout(LONGEST) }, settings)).status;
+  } catch {
+    return 0;
+  }
+}

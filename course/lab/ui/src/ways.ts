@@ -6,6 +6,7 @@ import { PageConfig } from '@jupyterlab/coreutils';
 import { ILauncher } from '@jupyterlab/launcher';
 import { INotebookTracker, NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
+import { ITerminalTracker } from '@jupyterlab/terminal';
 import { SplitPanel } from '@lumino/widgets';
 
 import { isConnecting } from './current';
@@ -188,9 +189,15 @@ export const layout: JupyterFrontEndPlugin<void> = {
   id: 'ros2-course-lab:layout',
   description: 'Room for a section; and a terminal below the start page, when environment/start opens JupyterLab first.',
   autoStart: true,
-  requires: [INotebookTracker, IStateDB],
+  requires: [INotebookTracker, IStateDB, ITerminalTracker],
   optional: [ILabShell],
-  activate: (app: JupyterFrontEnd, tracker: INotebookTracker, state: IStateDB, shell: ILabShell | null) => {
+  activate: (
+    app: JupyterFrontEnd,
+    tracker: INotebookTracker,
+    state: IStateDB,
+    terminals: ITerminalTracker,
+    shell: ILabShell | null
+  ) => {
     const arranges = PageConfig.getOption('rosCourseArrange') === 'true';
     const begun = new Set<string>();
     /** Do something the first time ever; afterwards all is as one has left it. */
@@ -208,7 +215,9 @@ export const layout: JupyterFrontEndPlugin<void> = {
       if (window.innerWidth < ROOMY) {
         shell?.collapseLeft(); // the list of files, which the start page's table stands for
       }
-      await app.commands.execute(TERMINAL, { folded: true }); // a section has it as a strip
+      if (terminals.size === 0) {
+        await app.commands.execute(TERMINAL, { folded: true }); // a section has it as a strip
+      }
       app.shell.activateById(panel.id);
     };
     const arrangeSection = async (panel: NotebookPanel) => {

@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=(e.n(n))()(t());i.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=(e.n(n))()(a());i.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -359,7 +359,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:i})},646(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=e.n(n),s=e(994),l=i()(t());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:i})},646(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=e.n(n),s=e(994),l=i()(a());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -634,6 +634,26 @@ body[data-jp-theme-light='false'] {
 .ros-Strip-button:focus-visible {
   outline: 2px solid var(--jp-brand-color1);
   outline-offset: -2px;
+}
+
+/* At the lower edge of a terminal whose connection is lost. */
+.ros-Terminal-notice {
+  background: var(--jp-layout-color2);
+  border-top: 1px solid var(--jp-border-color1);
+  bottom: 0;
+  box-sizing: border-box;
+  color: var(--jp-ui-font-color0);
+  font-size: var(--jp-ui-font-size1);
+  left: 0;
+  padding: 4px 12px;
+  position: absolute;
+  right: 0;
+  z-index: 10;
+}
+
+.ros-Terminal-notice button {
+  font: inherit;
+  min-height: 24px;
 }
 
 .ros-Panel {
@@ -1016,7 +1036,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
     visibility: hidden;
   }
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var a=e(601),t=e.n(a),n=e(314),i=(e.n(n))()(t());i.push([o.id,`/* The robot view. */
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=(e.n(n))()(a());i.push([o.id,`/* The robot view. */
 
 .lm-DockPanel .ros-Panel {
   container-type: size; /* the picture has no more than its part of the panel's height */
@@ -1409,19 +1429,26 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Plot-series {
-  display: flex;
-  flex-wrap: wrap;
+  display: grid;
   gap: 2px 16px;
+  grid-template-columns: repeat(auto-fill, minmax(min(100%, 280px), 1fr));
   list-style: none;
   margin: 0;
   padding: 0;
 }
 
 .ros-Plot-series li {
-  align-items: center;
+  align-items: baseline;
   display: flex;
+  gap: 2px 8px;
+}
+
+.ros-Plot-told {
+  display: flex;
+  flex: 1 1 auto;
   flex-wrap: wrap;
   gap: 2px 8px;
+  min-width: 0;
 }
 
 .ros-Plot-series code {
@@ -1459,4 +1486,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",a=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),a&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),a&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,a,t,n){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(a)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);a&&i[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),t&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=t):d[4]="".concat(t)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,a=0;a<r.length;a++)if(r[a].identifier===o){e=a;break}return e}function a(o,a){for(var t={},n=[],i=0;i<o.length;i++){var s=o[i],l=a.base?s[0]+a.base:s[0],p=t[l]||0,d="".concat(l," ").concat(p);t[l]=p+1;var c=e(d),h={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(h);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(h,a);a.byIndex=i,r.splice(i,0,{identifier:d,updater:m,references:1})}n.push(d)}return n}o.exports=function(o,t){var n=a(o=o||[],t=t||{});return function(o){o=o||[];for(var i=0;i<n.length;i++){var s=e(n[i]);r[s].references--}for(var l=a(o,t),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var a=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!a)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");a.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var a,t,n;a="",e.supports&&(a+="@supports (".concat(e.supports,") {")),e.media&&(a+="@media ".concat(e.media," {")),(t=void 0!==e.layer)&&(a+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),a+=e.css,t&&(a+="}"),e.media&&(a+="}"),e.supports&&(a+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(a+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(a,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var a=e(72),t=e.n(a),n=e(825),i=e.n(n),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),h=e.n(c),m=e(113),f=e.n(m),b=e(646),x={};x.styleTagTransform=f(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=i(),x.insertStyleElement=h(),t()(b.A,x),b.A&&b.A.locals&&b.A.locals;var u=e(770),g={};g.styleTagTransform=f(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=h(),t()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
+`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,n){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(t)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);t&&i[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},n=[],i=0;i<o.length;i++){var s=o[i],l=t.base?s[0]+t.base:s[0],p=a[l]||0,d="".concat(l," ").concat(p);a[l]=p+1;var c=e(d),h={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(h);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(h,t);t.byIndex=i,r.splice(i,0,{identifier:d,updater:m,references:1})}n.push(d)}return n}o.exports=function(o,a){var n=t(o=o||[],a=a||{});return function(o){o=o||[];for(var i=0;i<n.length;i++){var s=e(n[i]);r[s].references--}for(var l=t(o,a),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,n;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),n=e(825),i=e.n(n),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),h=e.n(c),m=e(113),f=e.n(m),b=e(646),x={};x.styleTagTransform=f(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=i(),x.insertStyleElement=h(),a()(b.A,x),b.A&&b.A.locals&&b.A.locals;var u=e(770),g={};g.styleTagTransform=f(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=h(),a()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
