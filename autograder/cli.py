@@ -441,9 +441,9 @@ def export_command(
     bases = output.bases(out, lost=True)
     _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
-    wish = Wish(
-        form.value, to, automatic, missing_is_zero, from_canvas, user, [assignment] if assignment else [], student or []
-    )
+    replaced = [key for key, basis in bases.items() if basis.is_replaced(key)]
+    names = [assignment] if assignment else []
+    wish = Wish(form.value, to, automatic, missing_is_zero, from_canvas, user, names, student or [], replaced)
     export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
     exported = {
         key: report
@@ -453,7 +453,7 @@ def export_command(
     bases = {key: basis for key, basis in bases.items() if key in exported}
     gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
     for why, keys in (
-        (REPLACED, [key for key, basis in bases.items() if basis.is_replaced(key)]),
+        (REPLACED, [key for key in replaced if key in exported]),
         ("graded, but their folder no longer exists (was it renamed?)", gone),
     ):
         if keys:

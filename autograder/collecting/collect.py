@@ -307,10 +307,9 @@ def _take_out_namesakes(found: Found, before: Before, roster: Roster) -> list[st
     lines = []
     for those in found.values():
         for each in [each for each in those if each.came.platform]:
-            own = {roster.value(each.student, column): column for column in sorted(columns[_scope(each)])}
-            own.pop("", None)
-            if own and each.came.user not in own:
-                (number, column), came = next(iter(own.items())), each.came
+            came = each.came
+            if own := roster.other_number(each.student, came.user, columns[_scope(each)]):
+                number, column = own
                 lines.append(
                     f"{each.source}: {came.platform} calls {came.user} {came.name!r}, and {each.student} has the "
                     f"number {number} in the roster (column {column!r}): it is not theirs, or the roster is wrong"

@@ -76,6 +76,10 @@ class CanvasGradebook:
             )
         return found[0] if found else None
 
+    def number(self, line: int) -> str:
+        """Return the ID of the student in a line."""
+        return self.students[line][self.header.index("ID")].strip()
+
     def lines_of(self, keys: set[str]) -> set[int]:
         """Return the lines with one of these case-folded `keys` in a column that Canvas finds students by."""
         places = [self.header.index(name) for name in CANVAS.columns if name in self.header]
@@ -121,13 +125,25 @@ class CanvasExporter(Exporter):
         ]
         students = self._students(grades, roster)
         for count, line in enumerate(roster.students):
-            mine = grades[students[count]] if count in students else {}
-            cells = [
-                (mine[name].points if name in mine else "") or (line[place] if place is not None else "")
-                for name, place in places.items()
-            ]
+            mine = self._of_line(students[count], grades, roster.number(count)) if count in students else {}
+            cells = [mine.get(name) or (line[place] if place is not None else "") for name, place in places.items()]
             rows.append([*(harmless(line[i]) for i in known), *cells])
         return rows
+
+    def _of_line(self, student: str, grades: Grades, number: str) -> dict[str, str]:
+        """Return a student's points, without those for a hand-in that came from another number than the line's."""
+        points = {}
+        for name, grade in grades[student].items():
+            sender = self.senders.number((student, name), CANVAS.name)
+            if grade.points and grade.handed_in and sender not in ("", number):
+                self.log.warning(
+                    "%s: no grade for %s: the hand-in came from the number %s in Canvas, and in %s %s has the ID %s. "
+                    "If they are one person, enter the grade in Canvas by hand",
+                    *map(printable, (name, student, sender, self.roster, student, number)),
+                )
+            else:
+                points[name] = grade.points
+        return points
 
     def _assignments(
         self, grades: Grades, roster: CanvasGradebook, places: dict[str, int | None]
@@ -164,12 +180,22 @@ class CanvasExporter(Exporter):
         clear = {
             line: student for student, lines in found.items() for line in lines if len(lines) == 1 and claims[line] == 1
         }
+        others = {}
+        for line, student in list(clear.items()):
+            if own := self.senders.other((student, ""), CANVAS.name, roster.number(line)):
+                others[student] = f"{student} ({roster.number(line)} there, {own[0]} in the roster's column {own[1]!r})"
+                del clear[line]
         self.tell(
             [student for student, lines in found.items() if not lines], f"because {self.roster} does not have them"
         )
         self.tell(
-            [student for student, lines in found.items() if lines and student not in clear.values()],
+            [student for student, lines in found.items() if lines and student not in {*clear.values(), *others}],
             f"because they match several lines of {self.roster}, or a line matches several of them",
+        )
+        self.tell(
+            others.values(),
+            f"because their ID in {self.roster} is not their number in the roster (correct the one in the roster if it "
+            "is wrong; if it is right, the line there is somebody else's)",
         )
         if rest := len(roster.students) - len(clear):
             self.log.info(

@@ -12,6 +12,9 @@ nothing, and every student without a line in the file.
 The gradebook keeps students who have left the class (see `members.in_class`).  What was collected of theirs is
 exported; what was not is never called missing, and a student without any collected hand-in has no line.
 
+The platform's number decides whose a hand-in is, not the name (see `Senders`): a student who has another number in the
+roster than the sender of the hand-in gets no grade for it, and is named.
+
 Spreadsheets run a cell that begins with = + - or @ as a formula, and students choose their names (OWASP, "CSV
 Injection").  Names, and whatever else the import does not use, get an apostrophe in front, as OWASP advises.  What
 the import finds students by is never changed: see each exporter.
@@ -22,9 +25,10 @@ Files are UTF-8 without a byte order mark: Moodle's import removes it (lib/csvli
 
 import csv
 import io
+import itertools
 import unicodedata
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -39,11 +43,13 @@ from traitlets import Bool, Enum
 from autograder.errors import CannotExport, UsageError
 from autograder.gradebook import late, members
 from autograder.results.text import counted, printable
-from autograder.submissions import exercises, listing
+from autograder.submissions import exercises, listing, provenance
+from autograder.submissions.roster import Roster, of_class
+from autograder.submissions.senders import Senders
 from course.foundation import storage
 
 DONE, WAITING, MISSING, LEFT = "graded", "waiting for marks", "not handed in", "has left the class"
-UNGRADED = "not graded yet"
+UNGRADED, OTHERS = "not graded yet", "from another number"
 Thing = TypeVar("Thing", Assignment, Student)
 
 
@@ -58,6 +64,7 @@ class Grade:
     not_handed_in: str = ""  # the text of the cell without a submission
     left: bool = False  # the student is not in the class any more
     collected: bool = False  # the folder of the submissions has one
+    others: bool = False  # the platform's number of its sender is not the student's
 
     @cached_property
     def parts(self) -> list[CellGrade]:
@@ -72,7 +79,9 @@ class Grade:
 
     @cached_property
     def state(self) -> str:
-        """Return DONE, WAITING, UNGRADED, MISSING, or LEFT: nothing was collected, and the student has left."""
+        """Return DONE, WAITING, UNGRADED, OTHERS, MISSING, or LEFT: nothing was collected, and the student has left."""
+        if self.others:
+            return OTHERS
         if self.handed_in is None:
             return UNGRADED if self.collected else LEFT if self.left else MISSING
         return WAITING if self.unmarked or not self.parts else DONE
@@ -101,6 +110,8 @@ class Exporter(ExportPlugin):
 
     default_name = "grades.csv"
     options: Mapping[str, str] = MappingProxyType({})  # another command's options for the traits below
+    replaced: Collection[tuple[str, str]] = ()  # students and assignments with other files now than were graded
+    class_roster: Roster | None = None  # set by `export`, if it is known
     automatic = Bool(False, help="Export the points of the tests, without waiting for marks by hand.").tag(config=True)
     not_handed_in = Enum(
         ("", "0"), "", help="The cell of an assignment that was not handed in: empty, or 0 points."
@@ -140,19 +151,26 @@ class Exporter(ExportPlugin):
         chosen = _chosen(gradebook.assignments, lambda thing: thing.name, self.assignment, "assignment")
         students = _chosen(gradebook.students, lambda thing: thing.id, self.student, "student")
         self._assign_penalties(gradebook, chosen)
-        now, submitted = self._in_class(), self._submitted()
+        submitted = self._submitted()
+        now, self.class_roster = self._in_class(submitted)
+        every = itertools.product(
+            (thing.id for thing in gradebook.students), (thing.name for thing in gradebook.assignments)
+        )
+        self.senders = Senders.read(submitted, every, self.class_roster)
         grades: Grades = {student.id: {} for student in students}
         for assignment in chosen:
             handed_in = {one.student_id: one for one in assignment.submissions}
+            others = self._of_others(assignment.name, handed_in, students)
             for student in students:
                 grades[student.id][assignment.name] = Grade(
                     student,
                     assignment,
-                    handed_in.get(student.id),
+                    None if student.id in others else handed_in.get(student.id),
                     self.automatic,
                     self.not_handed_in,
                     now is not None and student.id not in now,
                     listing.is_handed_in(submitted, student.id, assignment.name),
+                    student.id in others,
                 )
         gone = [name for name, mine in grades.items() if mine and {grade.state for grade in mine.values()} == {LEFT}]
         self.tell(gone, "because they have left the class without a hand-in")
@@ -160,7 +178,7 @@ class Exporter(ExportPlugin):
         students = [student for student in students if student.id in grades]
         for assignment in chosen:
             states = Counter(grades[student.id][assignment.name].state for student in students)
-            unfilled = (WAITING, UNGRADED, *([] if self.not_handed_in else [MISSING]), LEFT)
+            unfilled = (WAITING, UNGRADED, OTHERS, *([] if self.not_handed_in else [MISSING]), LEFT)
             empty = ", ".join(f"{states[state]} {state}" for state in unfilled if states[state])
             parts = [counted(states[DONE], "grade"), *([f"left empty: {empty}"] if empty else [])]
             if self.not_handed_in and states[MISSING]:
@@ -216,13 +234,38 @@ class Exporter(ExportPlugin):
                 who,
             )
 
-    def _in_class(self) -> set[str] | None:
-        """Return the students who are in the class now; None if it is not known."""
+    def _of_others(self, assignment: str, handed_in: Iterable[str], students: Iterable[Student]) -> set[str]:
+        """Return the students whose graded hand-in came from another number than theirs; log a line for each."""
+        found = set()
+        for student in sorted(set(handed_in) & {each.id for each in students}):
+            came = self.senders.came.get((student, assignment), [])
+            if (student, assignment) in self.replaced and len(people := provenance.people(came)) > 1:
+                self.log.warning(
+                    "%s: no grade for %s: hand-ins came from %s in %s, and what counts now is not what was graded. "
+                    "Grade it with `autograder regrade`, and export again",
+                    *map(printable, (assignment, student, " and ".join(people), came[-1].platform)),
+                )
+                found.add(student)
+            elif contradiction := self.senders.contradicted((student, assignment)):
+                last, number, column = contradiction
+                self.log.warning(
+                    "%s: no grade for %s: the hand-in came from the number %s in %s, and in the roster %s has %s "
+                    "(column %r). Correct the roster if it is wrong. If they are two people, list both: %s with %s, "
+                    "and the other one with another name in the column 'student'",
+                    *map(printable, (assignment, student, last.user, last.platform, student, number)),
+                    *(column, printable(student), printable(last.user)),
+                )
+                found.add(student)
+        return found
+
+    def _in_class(self, submitted: Path) -> tuple[set[str] | None, Roster | None]:
+        """Return the students who are in the class now, and the roster; None for what is not known."""
         try:
-            return members.in_class(Path(self.config.CourseDirectory.get("root", ".")), self._submitted())
+            now = members.in_class(Path(self.config.CourseDirectory.get("root", ".")), submitted)
+            return now, of_class(submitted, None)
         except UsageError as error:
-            self.log.warning("Students who have left the class could not be determined: %s", error)
-            return None
+            self.log.warning("The roster was not compared, nor is it known who has left the class: %s", error)
+            return None, None
 
     def _submitted(self) -> Path:
         """Return the folder with STUDENT/ASSIGNMENT/FILES."""

@@ -40,6 +40,7 @@ class Wish:
     user: str | None = None  # the column that Moodle finds students by
     assignments: list[str] = field(default_factory=list)
     students: list[str] = field(default_factory=list)
+    replaced: list[tuple[str, str]] = field(default_factory=list)  # what has other files now than were graded
 
 
 def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None = None) -> None:
@@ -55,6 +56,7 @@ def export(wish: Wish, url: str, submitted: Path | None, roster: Roster | None =
     exporter.options = OPTIONS
     exporter.to, exporter.automatic = str(wish.to), wish.automatic
     exporter.not_handed_in = "0" if wish.missing_is_zero else ""
+    exporter.replaced = wish.replaced
     exporter.assignment, exporter.student = wish.assignments, wish.students
     if isinstance(exporter, CanvasExporter) and wish.canvas:
         exporter.roster = str(wish.canvas)

@@ -6,12 +6,15 @@ from nbgrader.api import Student
 from traitlets import Bool, Enum
 
 from autograder.errors import CannotExport
-from autograder.gradebook.exporter import DONE, Exporter, Grade, Grades, Rows, harmless, number
+from autograder.gradebook.book import COLUMNS
+from autograder.gradebook.exporter import DONE, MISSING, Exporter, Grade, Grades, Rows, harmless, number
 from autograder.platforms import MOODLE
 
 NO_FORMULA = re.compile(  # a key that starts like a formula but is none: no sum, no cell reference
     r"[-+@](?![A-Za-z]{1,3}\d{1,7}$)[\w.]+|[-+@][\w.+-]*[^\W\d][\w.+-]*@[\w.-]+"
 )
+# Columns of a roster that have a key, the first of them that there is; and those that fill the gradebook's LMS id, too.
+IN_ROSTER = {"username": (("username",), ()), "idnumber": (("idnumber", "lms_user_id"), COLUMNS["lms_user_id"])}
 
 
 class MoodleExporter(Exporter):
@@ -31,8 +34,9 @@ class MoodleExporter(Exporter):
     user = Enum(
         MOODLE.columns,
         MOODLE.columns[0],
-        help="The column by which Moodle finds students: username is the gradebook's student id; idnumber is its LMS "
-        "id, or the student id if there is none.",
+        help="The column by which Moodle finds students: username and idnumber are the roster's, if it has such a "
+        "column. Otherwise username is the gradebook's student id; idnumber is its LMS id, or the student id if there "
+        "is none; a number that the roster calls canvas_id or moodle_id does not count as one.",
     ).tag(config=True)
     feedback = Bool(
         False,
@@ -63,12 +67,18 @@ class MoodleExporter(Exporter):
                 key_of[key] = student
                 rows.append([key, *(cell for name in names for cell in self._cells(mine[name]))])
         self.tell(without_grade, "because there is no grade to export")
-        self.tell(without_key, f"because the gradebook does not have their {self.user}")
+        self.tell(
+            without_key, f"because neither the roster (column {self.user!r}) nor the gradebook has their {self.user}"
+        )
         self.tell(unsafe, f"because a spreadsheet would take their {self.user} for a formula or for several cells")
         return rows
 
     def _key(self, student: Student) -> str:
-        """Return the key by which Moodle finds the student; empty if the gradebook does not have it."""
+        """Return the key by which Moodle finds the student; empty if neither roster nor gradebook has it."""
+        roster, (own, others) = self.class_roster, IN_ROSTER.get(self.user, ((), ()))
+        if roster and any(map(roster.has_column, (*own, *others))):  # another number may be somebody else's idnumber
+            column = next(filter(roster.has_column, own), "")
+            return roster.value(student.id, column)
         keys = {"username": student.id, "email": student.email, "idnumber": student.lms_user_id or student.id}
         return (keys[self.user] or "").strip()
 
@@ -77,7 +87,7 @@ class MoodleExporter(Exporter):
 
     def _feedback(self, grade: Grade) -> str:
         if grade.handed_in is None:
-            return "" if grade.left else "Not handed in."
+            return "Not handed in." if grade.state == MISSING else ""
         if grade.state != DONE:
             return ""
         said = [f"Handed in late: {number(grade.penalty)} points off."] if grade.penalty else []

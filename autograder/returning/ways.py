@@ -10,6 +10,7 @@ from pathlib import Path
 
 from autograder.errors import Unplaced
 from autograder.platforms import FILES, PLATFORMS
+from autograder.submissions import provenance
 from autograder.submissions.provenance import Source
 from course.foundation import storage
 
@@ -39,7 +40,7 @@ def way(student: str, assignment: str, came: list[Source], form: str | None) -> 
     if not known or form not in (None, PLATFORMS[known[-1].platform].form):
         raise Unplaced(f"it did not come from {str(form).capitalize()}: use --for files")
     last = known[-1]
-    people = sorted({source.user for source in known if source.platform == last.platform})
+    people = provenance.people(known)
     if len(people) > 1:
         raise Unplaced(
             f"it was handed in by {' and '.join(people)} of {last.platform}: return this page by hand, with --for files"

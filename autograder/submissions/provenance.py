@@ -62,5 +62,10 @@ def read(submitted: Path, student: str, assignment: str) -> list[Source]:
     return found
 
 
+def people(came: list[Source]) -> list[str]:
+    """Return the numbers of those whose hand-ins came from the same platform as the last one."""
+    return sorted({source.user for source in came if source.platform == came[-1].platform}) if came else []
+
+
 def _path(submitted: Path, student: str, assignment: str) -> Path:
     return submitted / ORIGINS / student / f"{assignment}.jsonl"

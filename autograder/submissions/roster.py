@@ -59,6 +59,24 @@ class Roster:
         """Return the columns of a student's line that hold `value`."""
         return {column for column in (STUDENT, *self.about.get(student, {})) if self.value(student, column) == value}
 
+    def other_number(self, student: str, number: str, columns: Iterable[str]) -> tuple[str, str] | None:
+        """Return the student's own number and its column if `number` is another person's; None if it may be theirs.
+
+        `columns` are those that hold the numbers of one platform.  Where a student has one, it decides, not the name.
+        """
+        own = {self.value(student, column): column for column in sorted(columns)}
+        own.pop("", None)
+        return next(iter(own.items())) if own and number not in own else None
+
+    def has_column(self, column: str) -> bool:
+        """Return True if a student has a value in this column."""
+        return any(column in about for about in self.about.values())
+
+    def has_numbers(self, column: str) -> bool:
+        """Return True if this column has values, all of them digits."""
+        values = [about[column] for about in self.about.values() if column in about]
+        return bool(values) and all(value.isdecimal() for value in values)
+
     def add(self, student: str, names: list[str]) -> None:
         """Add a student with their other names."""
         self.students.add(student)

@@ -301,7 +301,8 @@ def test_moodle_by_email_leaves_out_what_would_be_run(book, tmp_path, caplog):
     assert f"1 student without a line in the file, {why}: dee" in caplog.text
     book.update_or_create_student("ada", email="")
     exported(MoodleExporter(user="email"), book, tmp_path)
-    assert "1 student without a line in the file, because the gradebook does not have their email: ada" in caplog.text
+    why = "because neither the roster (column 'email') nor the gradebook has their email"
+    assert f"1 student without a line in the file, {why}: ada" in caplog.text
 
 
 @pytest.mark.parametrize(

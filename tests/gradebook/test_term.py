@@ -19,7 +19,7 @@ from autograder.gradebook.book import Scores, by_hand
 from autograder.gradebook.entering import Entering
 from autograder.records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
 from autograder.results.output import Basis, Output
-from autograder.submissions import exercises, listing
+from autograder.submissions import exercises, listing, provenance
 from autograder.submissions.roster import REMEMBERED, of_class
 from course import hand_in
 from course.returned import record
@@ -165,6 +165,138 @@ def test_who_has_left_the_class_did_not_fail_to_hand_in(course, tmp_path):
         lines = {(one["assignment"], one["student_id"]): (one["state"], one["score"]) for one in csv.DictReader(file)}
     assert lines["services", "ada"] == ("has left the class", "") and lines["services", "bob"] == ("not handed in", "0")
     assert "eve" not in {student for _, student in lines}
+
+
+def graded(course: Path, tmp_path: Path, roster: str, **senders: str) -> Path:
+    """Grade with this roster what came from these numbers in Canvas; return the file of the roster."""
+    (tmp_path / "roster.csv").write_text(roster)
+    for student, number in senders.items():
+        came = provenance.Source("Canvas", student, number, "calculator.zip", 7)
+        provenance.add(course / "submitted", student, "calculator", came)
+    grade(course, "--roster", tmp_path / "roster.csv")
+    return tmp_path / "roster.csv"
+
+
+def written(course: Path, *options: object) -> tuple[list[list[str]], list[str]]:
+    """Return the lines of a file of the tests' points, and those that the command prints."""
+    said = run("export", course / "out", "--automatic", "--to", course / "x.csv", *options)
+    with open(course / "x.csv", newline="") as file:
+        return list(csv.reader(file)), said.splitlines()
+
+
+def canvas(course: Path, *lines: str) -> Path:
+    """A gradebook exported from Canvas, with the students of these lines."""
+    header = ["Student,ID,SIS User ID,SIS Login ID,Section,calculator (77)", "    Points Possible,,,,,20"]
+    (course / "from_canvas.csv").write_text("\n".join([*header, *lines]) + "\n")
+    return course / "from_canvas.csv"
+
+
+@pytest.mark.parametrize("number", ["moodle_id", "canvas_id", "lms_user_id"])
+def test_moodle_gets_the_idnumber_and_username_that_the_roster_has(course, tmp_path, number):
+    """And no other number, which may be somebody else's idnumber; who has none has no line."""
+    graded(course, tmp_path, f"student,{number},idnumber,username\nada,501,900,al\nbob,900,,br\n")
+    lines, said = written(course, "--for", "moodle", "--user", "idnumber")
+    assert lines == [["idnumber", "calculator"], ["900", f"{MOST:g}"]]
+    why = "because neither the roster (column 'idnumber') nor the gradebook has their idnumber: bob"
+    assert f"1 student without a line in the file, {why}" in said
+    lines, _ = written(course, "--for", "moodle", "--user", "username")
+    assert lines[1:] == [["al", f"{MOST:g}"], ["br", f"{MOST:g}"]]
+
+
+def test_moodle_gets_no_moodle_id_as_idnumber(course, tmp_path):
+    graded(course, tmp_path, "student,moodle_id\nada,501\nbob,502\n")
+    lines, said = written(course, "--for", "moodle", "--user", "idnumber")
+    assert lines == [["idnumber", "calculator"]] and said[-2].endswith("nor the gradebook has their idnumber: ada, bob")
+    (tmp_path / "roster.csv").write_text("student\nada\nbob\n")
+    lines, _ = written(course, "--for", "moodle", "--roster", tmp_path / "roster.csv")
+    assert [line[0] for line in lines[1:]] == ["ada", "bob"]  # without a column of usernames
+
+
+@pytest.mark.parametrize("form", ["csv", "moodle", "canvas"])
+@pytest.mark.parametrize("column", ["canvas_id", "number"])  # called so, or found by bob's
+def test_another_student_of_the_same_name_gets_no_grade(course, tmp_path, form, column):
+    """The old ada, 11, was graded, and has left; the new one is 99."""
+    roster = graded(course, tmp_path, f"student,{column}\nada,11\nbob,12\n", ada="11", bob="12")
+    roster.write_text(f"student,{column}\nada,99\nbob,12\n")
+    options = ["--for", form, "--roster", roster, "--missing-is-zero"]
+    if form == "canvas":
+        options += ["--from-canvas", canvas(course, '"New, Ada",99,ada,a9,S,', '"Ross, Bob",12,bob,b2,S,')]
+    lines, said = written(course, *options)
+    points = {line[1 if form == "canvas" else 3 if form == "csv" else 0]: line for line in lines[1:]}
+    place = lines[0].index("score") if form == "csv" else -1
+    assert points["12" if form == "canvas" else "bob"][place] == f"{MOST:g}"
+    if form == "moodle":
+        assert "ada" not in points
+    else:
+        assert points["99" if form == "canvas" else "ada"][place] == ""
+    if form == "csv":
+        ada = dict(zip(lines[0], points["ada"], strict=True))
+        assert (ada["state"], ada["raw_score"], ada["timestamp"]) == ("from another number", "", "")
+    assert (
+        "calculator: no grade for ada: the hand-in came from the number 11 in Canvas, and in the roster ada has 99 "
+        f"(column {column!r}). Correct the roster if it is wrong. If they are two people, list both: ada with 11, and "
+        "the other one with another name in the column 'student'"
+    ) in said
+    assert "calculator: 1 grade; left empty: 1 from another number" in said
+    roster.write_text(f"student,{column}\nada,11\nada2,99\nbob,12\n")  # as the line says
+    lines, said = written(course, "--for", "csv", "--roster", roster)
+    assert {line[3]: line[7] for line in lines[1:]} == {"ada": "graded", "ada2": "not handed in", "bob": "graded"}
+
+
+def test_a_grade_waits_when_another_number_has_handed_in_since(course, tmp_path):
+    roster = graded(course, tmp_path, "student,canvas_id\nada,11\nbob,12\n", ada="11", bob="12")
+    roster.write_text("student,canvas_id\nada,99\nbob,12\n")
+    (course / "submitted" / "ada" / "calculator" / "calculator_server.py").write_text("print('new')")
+    provenance.add(course / "submitted", "ada", "calculator", provenance.Source("Canvas", "ada", "99", "x.zip", 9))
+    lines, said = written(course, "--for", "moodle", "--roster", roster)
+    assert lines[1:] == [["bob", f"{MOST:g}"]]
+    assert (
+        "calculator: no grade for ada: hand-ins came from 11 and 99 in Canvas, and what counts now is not what was "
+        "graded. Grade it with `autograder regrade`, and export again"
+    ) in said
+    with Output(course / "out", resume=True) as output:  # as `regrade` does
+        handed_in = listing.read(course / "submitted", "ada", "calculator")
+        digest = exercises.pack("calculator").digest
+        output.write(report("ada"), Basis(str(course / "submitted"), digest, listing.digest(handed_in)))
+    assert written(course, "--for", "moodle")[0][1:] == [["ada", f"{MOST:g}"], ["bob", f"{MOST:g}"]]
+
+
+def test_a_line_of_canvas_with_another_number_than_the_roster_has_gets_no_grade(course, tmp_path):
+    """Eve's login is bob's SIS id, and Bob's own line is missing."""
+    graded(course, tmp_path, "student,canvas_id\nada,11\nbob,22\n")
+    file = canvas(course, '"Love, Ada",11,s1,a1,S,3', '"Eve, Eve",33,eve77,bob,S,4')
+    lines, said = written(course, "--for", "canvas", "--from-canvas", file)
+    assert {line[1]: line[-1] for line in lines[2:]} == {"11": f"{MOST:g}", "33": "4"}
+    assert (
+        f"1 student without a line in the file, because their ID in {file} is not their number in the roster (correct "
+        "the one in the roster if it is wrong; if it is right, the line there is somebody else's): bob (33 there, 22 "
+        "in the roster's column 'canvas_id')"
+    ) in said
+
+
+def test_a_line_of_canvas_with_another_number_than_the_sender_gets_no_grade(course, tmp_path):
+    """As it was collected, without a number in the roster."""
+    graded(course, tmp_path, "student\nada\nbob\n", ada="11", bob="22")
+    file = canvas(course, '"Love, Ada",11,ada,a1,S,3', '"Eve, Eve",33,eve77,bob,S,4')
+    lines, said = written(course, "--for", "canvas", "--from-canvas", file)
+    assert {line[1]: line[-1] for line in lines[2:]} == {"11": f"{MOST:g}", "33": "4"}
+    assert (
+        f"calculator: no grade for bob: the hand-in came from the number 22 in Canvas, and in {file} bob has the ID "
+        "33. If they are one person, enter the grade in Canvas by hand"
+    ) in said
+
+
+def test_numbers_of_moodle_are_those_of_one_assignment(course, tmp_path):
+    """A number of the roster that no hand-in came from is another one, and says nothing."""
+    (tmp_path / "roster.csv").write_text("student,moodle_id\nada,501\nbob,502\n")
+    for student, number in (("ada", "71"), ("bob", "72")):
+        came = provenance.Source("Moodle", student, number, "calculator.zip")
+        provenance.add(course / "submitted", student, "calculator", came)
+    grade(course, "--roster", tmp_path / "roster.csv")
+    assert len(written(course, "--for", "moodle")[0]) == 3
+    (tmp_path / "roster.csv").write_text("student,moodle_id\nada,99\nbob,72\n")
+    lines, said = written(course, "--for", "moodle", "--roster", tmp_path / "roster.csv")
+    assert [line[0] for line in lines[1:]] == ["bob"] and any("no grade for ada" in line for line in said)
 
 
 def test_what_the_tests_gave_is_exported_before_anything_is_marked(course):
