@@ -183,14 +183,7 @@ def grade(
     summary.show(reports)
     if hints := listing.overlooked(submitted):
         print(printable("\n".join(["Not graded, because it is not in the form STUDENT/ASSIGNMENT/FILES:", *hints])))
-    for name, students in book.unanswered.items():
-        print(
-            printable(
-                one_line(f"Handed in without a notebook, so {name}'s questions wait for a mark: {', '.join(students)}.")
-            )
-        )
-        print("Ask for the notebook, mark them in Formgrader without it, or give --without-notebook zero.")
-    _print_rewritten(book)
+    _print_unsettled(book)
     expected = known.students if known and not student else set()
     for name in sorted({name for _, name in found}):
         if absent := sorted(expected - {who for who, of in found if of == name}):
@@ -238,15 +231,20 @@ def regrade_command(
             if move.why or move.moved:
                 print(printable(move.describe()))
         print(f"{len(moves)} graded again, {sum(move.moved for move in moves)} of them with a different score.")
-        if apply and moves:
-            submitted = Path(next(iter(again.bases.values())).submitted)
+        if apply:
             zero = without_notebook == Unanswered.ZERO
-            with _gradebook(no_gradebook, gradebook, submitted, out, None, zero) as book:
-                again.apply(book.write)
-            _print_rewritten(book)
-            print(f"Written; the old results are in {out / output.HISTORY}.")
-        elif moves:
-            print("Nothing is written yet; the same command with --apply writes the new results.")
+            for submitted in again.folders:
+                with _gradebook(no_gradebook, gradebook, submitted, out, None, zero) as book:
+                    again.apply(submitted, book.write)
+                _print_unsettled(book)
+            again.forget()
+            if moves:
+                print(f"Written; the old results are in {out / output.HISTORY}.")
+        else:
+            print(
+                "Nothing is written yet; the same command with --apply writes the new results, and enters written "
+                "answers and times of hand-ins that have changed."
+            )
     raise typer.Exit(_exit_code([move.new for move in moves]))
 
 
@@ -634,6 +632,7 @@ class NoBook:
     def __init__(self) -> None:
         self.unanswered: dict[str, list[str]] = {}
         self.rewritten: dict[str, list[str]] = {}
+        self.withdrawn: dict[str, list[str]] = {}
 
     def write(self, report: Report) -> None:
         """Do nothing."""
@@ -653,16 +652,19 @@ def _gradebook(
         yield entering
 
 
-def _print_rewritten(book: "Entering | NoBook") -> None:
+def _print_unsettled(book: "Entering | NoBook") -> None:
+    """Name the students whose questions in words wait for a mark, or have a mark for an answer that is gone."""
+    for name, students in book.unanswered.items():
+        who = ", ".join(students)
+        print(printable(one_line(f"Handed in without a notebook, so {name}'s questions wait for a mark: {who}.")))
+        print("Ask for the notebook, mark them in Formgrader without it, or give --without-notebook zero.")
     for name, students in book.rewritten.items():
-        print(
-            printable(
-                one_line(
-                    f"Answers of {name} changed after they were marked by hand, and wait for a new mark: "
-                    f"{', '.join(students)}."
-                )
-            )
-        )
+        changed = f"Answers of {name} changed after they were marked by hand, and wait for a new mark"
+        print(printable(one_line(f"{changed}: {', '.join(students)}.")))
+    for name, students in book.withdrawn.items():
+        gone = f"Handed in again without a notebook that can be read, but with marks by hand for answers of {name}"
+        print(printable(one_line(f"{gone}: {', '.join(students)}.")))
+        print("Ask for the notebook, or change the marks in Formgrader if they should not count.")
 
 
 def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | None]:

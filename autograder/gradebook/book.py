@@ -53,7 +53,8 @@ class Scores:
     that the folder is in; otherwise nbgrader does that.  Questions in words are marked in the notebook.  For a
     submission without a notebook they count 0 if `unanswered_is_zero`; otherwise they wait for a mark, too, and the
     student is listed in `unanswered`.  A mark that was given counts, with a notebook or without; if the text of the
-    answer is another one than was marked, it waits for a mark again, and the student is listed in `rewritten`.
+    answer is another one than was marked, it waits for a mark again, and the student is listed in `rewritten`; in
+    `withdrawn` if the notebook that was marked is no longer handed in.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
@@ -61,6 +62,7 @@ class Scores:
         self._url, self._submitted, self._zero = url, submitted, unanswered_is_zero
         self.unanswered: dict[str, list[str]] = {}  # students, by exercise
         self.rewritten: dict[str, list[str]] = {}
+        self.withdrawn: dict[str, list[str]] = {}
         self._config = late.course_config(submitted) if submitted else None
         self._book = Gradebook(url)
         self._known: set[str] = set()
@@ -104,8 +106,11 @@ class Scores:
             except MissingEntry:  # the submission is older than the cell
                 grade = Grade(cell_id=self._book.find_grade_cell(cell, name, name).id, notebook=notebook)
                 self._book.db.add(grade)
+            if grade.manual_score is None:
+                grade.needs_manual_grade = False
+            elif grade.auto_score != points:
+                grade.needs_manual_grade = True  # points changed by hand need another look
             grade.auto_score = points
-            grade.needs_manual_grade = grade.manual_score is not None  # points changed by hand need another look
         if self._submitted:
             handed_in = self._submitted / student / name
             self._questions(notebook, reading.has_notebook(handed_in, name))
@@ -126,12 +131,15 @@ class Scores:
             self.unanswered.setdefault(notebook.assignment.name, []).append(notebook.student.id)
 
     def _rewritten(self, notebook: SubmittedNotebook, handed_in: Path) -> None:
-        """Flag the questions with another text than the one that was marked."""
+        """Flag the questions with another text than the one that was marked; without the notebook, list the student."""
         name = notebook.assignment.name
         texts = written.answers(handed_in, name)
         tested = load(name).cells.keys()
         questions = [grade for grade in notebook.grades if grade.name not in tested]
-        if texts is not None and written.note(self._book, questions, texts):
+        if texts is None:
+            if written.noted(self._book, [grade for grade in questions if grade.manual_score]):
+                self.withdrawn.setdefault(name, []).append(notebook.student.id)
+        elif written.note(self._book, questions, texts):
             self.rewritten.setdefault(name, []).append(notebook.student.id)
 
     def _add_assignment(self, name: str) -> None:

@@ -5,6 +5,7 @@ from traitlets.config import Config
 
 from autograder.gradebook.exchange_collect import RegularCollect
 from autograder.gradebook.exchange_feedback import ReleaseFeedback
+from autograder.gradebook.exchange_list import RegularList
 from autograder.gradebook.exchange_release import WholeRelease
 from autograder.gradebook.late import LatePolicy
 from autograder.gradebook.plugins import FeedbackPage, GradeInSandbox, HandedInNotebook, NameCells
@@ -28,8 +29,9 @@ def apply(c: Config) -> None:
     # An exercise is in the exchange whole, or not at all.
     c.ExchangeFactory.release_assignment = WholeRelease
 
-    # A folder in the exchange that cannot be collected is named, and the others are collected.
+    # A folder in the exchange that cannot be collected, or is another student's, is named; the others are collected.
     c.ExchangeFactory.collect = RegularCollect
+    c.ExchangeFactory.list = RegularList
 
     # Feedback goes out through the exchange to all whose hand-ins came through it; the others are named.
     c.ExchangeFactory.release_feedback = ReleaseFeedback

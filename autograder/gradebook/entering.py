@@ -49,6 +49,11 @@ class Entering:
         """Return, by exercise, the students whose answers have changed since they were marked."""
         return self._scores.rewritten
 
+    @property
+    def withdrawn(self) -> dict[str, list[str]]:
+        """Return, by exercise, the students who have points by hand for answers that are no longer handed in."""
+        return self._scores.withdrawn
+
     def write(self, report: Report) -> None:
         """Enter a report; a report of an infrastructure error changes nothing."""
         if report.status == INFRASTRUCTURE_ERROR:

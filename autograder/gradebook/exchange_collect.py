@@ -58,8 +58,9 @@ class Few:
 class RegularCollect(ExchangeCollect):
     """Collects the regular files of submissions; what cannot be collected is named, and does not stop the others.
 
-    A submission is that of the student whom its folder names.  What came after the end of the exercise, and after its
-    student's extension, is not collected.
+    A submission is that of the student whom its folder names, if that student has put it there, or the person who
+    collects, or root (with nbgrader's `check_owner` off: anybody).  What came after the end of the exercise, and after
+    its student's extension, is not collected.
 
     nbgrader's own class stops at a pipe, a folder of more than 100 MB or a name without a time, and then collects
     nothing of the students who follow.  It copies what links lead to, for example a solution that only the instructor
@@ -75,19 +76,18 @@ class RegularCollect(ExchangeCollect):
     _end: datetime | None = None  # of the exercise, without an extension
 
     def _path_to_record(self, path: str) -> dict[str, Any]:
-        nothing = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
-        owner = ""
-        if self.by_owner:
-            try:
-                owner = self._owner(path)
-            except OSError:  # it was there a moment ago
-                return nothing
+        record: dict[str, Any] = {"filename": os.path.basename(path), "timestamp": NO_TIME, "username": ""}
         try:
-            record: dict[str, Any] = super()._path_to_record(path)
-        except (ValueError, OverflowError):  # not a time: sorts as the oldest
-            record = nothing
+            user, changed = os.lstat(path).st_uid, _changed(path)
+        except OSError:  # it was there a moment ago
+            return record | {"owner": None, "order": NO_TIME}
+        with contextlib.suppress(ValueError, OverflowError):  # not a time: sorts as the oldest
+            record = super()._path_to_record(path)
+        claimed = record["timestamp"]
+        record |= {"owner": user, "order": changed if _to_come(claimed) else claimed}
         if not self.by_owner:
             return record
+        owner = self._member(user)
         if owner and owner != record["username"]:
             self._taken[owner].tell("%s belongs to %s, and is collected as theirs", shown(path), owner)
         return record | {"username": owner}
@@ -101,9 +101,18 @@ class RegularCollect(ExchangeCollect):
         self._end = ends.read(Path(self.coursedir.root)).get(self.coursedir.assignment_id)
         self._policy = LatePolicy(config=self.config)
         self._taken: dict[str, Few] = defaultdict(lambda: Few(self.log))  # by owner: what bears another name
+        self._forged = False
+        self._left: dict[int | None, Few] = defaultdict(lambda: Few(self.log))  # by owner: what does not count
         super().init_src()
         for owner, few in self._taken.items():
             few.end("%s: %d more belong to them, and are collected as theirs", owner)
+        for user, few in self._left.items():
+            few.end("%s: %d more were left out", user_name(user))
+        if self._forged:
+            self.log.warning(
+                "Is a student's name in this course not that of a Unix user? c.ExchangeCollect.check_owner = False "
+                "collects by the names of the folders alone; then anybody can hand in for anybody"
+            )
         records: list[dict[str, Any]] = self.src_records  # type: ignore[has-type]
         newest: dict[str, dict[str, Any]] = {}
         for record in sorted(records, key=self._in_time):  # nbgrader repeats a student if others are between
@@ -124,22 +133,30 @@ class RegularCollect(ExchangeCollect):
         return True
 
     def _sort_by_timestamp(self, records: list[dict[str, Any]]) -> list[dict[str, Any]]:
-        """Sort a student's hand-ins that count, the newest first: nbgrader takes the first."""
-        counted, left = [], Few(self.log)
-        for record in super()._sort_by_timestamp(records):
+        """Sort a student's hand-ins that count, the newest first: nbgrader takes the first.
+
+        A time that is still to come does not keep a hand-in the newest: then that of the folder's last change counts.
+        """
+        counted = []
+        for record in sorted(records, key=lambda record: record["order"], reverse=True):
+            self._forged |= self._is_forged(record)
             if why := self._why_not(record):
-                left.tell("%s was left out: %s", shown(self._path(record)), why)
+                self._left[record["owner"]].tell("%s was left out: %s", shown(self._path(record)), why)
             else:
                 counted.append(record)
-        left.end("%s: %d more were left out", shown(records[0]["username"]) if records else "")
         return counted or records[:1]  # `init_src` leaves it out
 
-    def _owner(self, path: str) -> str:
-        """Return the name of the member who owns what is there; '' when there is no such member.  Raises OSError."""
-        user = os.lstat(path).st_uid
-        if self._members is not None:
-            return self._members.get(user, "")
-        return _user(user)
+    def _member(self, user: int) -> str:
+        """Return the name of the member with this user id; '' when there is no such member."""
+        return _user(user) if self._members is None else self._members.get(user, "")
+
+    def _is_forged(self, record: dict[str, Any]) -> bool:
+        """Return True if a hand-in was put there by somebody who cannot hand in for the student whom it names."""
+        return (
+            self.check_owner
+            and record["owner"] not in (0, os.geteuid())
+            and user_name(record["owner"]) != record["username"]
+        )
 
     def _path(self, record: dict[str, Any]) -> str:
         return os.path.join(self.inbound_path, record["filename"])
@@ -153,6 +170,10 @@ class RegularCollect(ExchangeCollect):
             return "its owner is no longer in the class; it is collected once they are again"
         if not self.by_owner and not (record["username"] and record["filename"].isprintable()):
             return "its name is not one that nbgrader gives, STUDENT+EXERCISE+TIME"
+        if self._is_forged(record):
+            named, owner = record["username"], user_name(record["owner"])
+            forged = f"it names {named}, but belongs to {owner}: ask {owner} why"
+            return f"{forged}. If it is {named}'s work, {named} has to hand it in"
         if not os.access(path, os.R_OK | os.X_OK, effective_ids=True):
             return "no permission to read it: ask its owner to change that, or to remove it"
         return self._too_late(record, path)
@@ -176,7 +197,7 @@ class RegularCollect(ExchangeCollect):
     def _in_time(self, record: dict[str, Any]) -> tuple[bool, Any]:
         """Return the sort key of a hand-in; late ones that do not count come first."""
         late = bool(self.before_duedate and self.duedate and record["timestamp"] > self.duedate)
-        return not late, record["timestamp"]
+        return not late, record["order"]
 
     def copy_files(self) -> None:
         """Lay out each submission, whole or not at all; one that is there whole stays until the new one is.
@@ -198,7 +219,6 @@ class RegularCollect(ExchangeCollect):
                 known = newest if self.update else "Submission already exists, use --update to update"
                 self.log.info("%s: %s %s", known, student, exercise)
                 continue
-            self._compare_owner(student, path)
             self.log.info("%s submission: %s %s", "Updating" if target.is_dir() else "Collecting", student, exercise)
             try:
                 with storage.folder(target) as draft:
@@ -219,16 +239,9 @@ class RegularCollect(ExchangeCollect):
         if not target.is_dir():
             return True
         there = self.coursedir.get_existing_timestamp(str(target))
-        newer = there is None or record["timestamp"] > there
-        return bool((self.update and newer) or (self.before_duedate and there != record["timestamp"]))
-
-    def _compare_owner(self, student: str, path: str) -> None:
-        """Warn, as nbgrader does, if a hand-in belongs to another user than the one whom it names."""
-        if not self.check_owner:
-            return
-        with contextlib.suppress(OSError):  # it has just disappeared
-            if (owner := _user(os.stat(path).st_uid)) != student:
-                self.log.warning("%s names %s, but was put there by %s", shown(path), student, owner)
+        other = there != record["timestamp"]
+        newer = there is None or record["timestamp"] > there or (other and _to_come(there))
+        return bool((self.update and newer) or (self.before_duedate and other))
 
     def do_copy(self, src: str, dest: str, log: object = None) -> None:
         """Copy the regular files; logs those that are left out as too large or unreadable.
@@ -284,6 +297,10 @@ class RegularCollect(ExchangeCollect):
             storage.replace(copy / TIMESTAMP, f"{claimed:%Y-%m-%d %H:%M:%S.%f} UTC".encode())
         if not SECRET.fullmatch(small_text(copy / SECRETS) or ""):
             storage.replace(copy / SECRETS, secrets.token_hex(64).encode())
+        if _to_come(claimed):
+            self.log.warning(
+                "%s says %s, which is still to come: a later hand-in counts in its place", shown(src), claimed
+            )
         after = ", after the end" if over and changed > over else ""
         if self.by_owner and (after or changed - claimed > SLOW):
             self.log.warning(
@@ -306,6 +323,16 @@ def _user(number: int) -> str:
         return pwd.getpwuid(number).pw_name
     except KeyError:
         return ""
+
+
+def user_name(number: int | None) -> str:
+    """Return the name of a user of this machine, or else the number."""
+    return (_user(number) if number is not None else "") or f"user id {number}"
+
+
+def _to_come(time: datetime) -> bool:
+    """Return True if a time, UTC in nbgrader's form, is later than now by more than clocks differ."""
+    return time > datetime.now(UTC).replace(tzinfo=None) + SLOW
 
 
 def _changed(path: str | int) -> datetime:

@@ -1,5 +1,6 @@
 """Listing what is in nbgrader's exchange, where anybody in the class may have put anything."""
 
+import contextlib
 import itertools
 import logging
 import os
@@ -20,6 +21,7 @@ from autograder.gradebook.exchange_collect import (
     is_folder,
     shown,
     small_text,
+    user_name,
 )
 
 
@@ -63,8 +65,12 @@ class RegularList(ExchangeList):
         return found
 
     def format_inbound_assignment(self, info: dict[str, Any]) -> str:
-        """Return the line about a hand-in, safe in a terminal."""
-        return shown(super().format_inbound_assignment(info))
+        """Return the line about a hand-in, safe in a terminal, with its owner if that is not who it names."""
+        line = super().format_inbound_assignment(info)
+        with contextlib.suppress(OSError):  # it has just disappeared
+            if (owner := user_name(os.lstat(info["path"]).st_uid)) != info["student_id"]:
+                line += f", belongs to {owner}"
+        return shown(line)
 
     def _copied(self, path: str, place: str) -> str:
         """Return the folder with what nbgrader reads of a hand-in, in `place`; '' if it is not a hand-in."""

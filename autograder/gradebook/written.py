@@ -26,6 +26,14 @@ def answers(submission: Path, assignment: str) -> dict[str, str] | None:
     return {cell.name: cell.source for cell in reversed(cells) if cell.name}  # the first of a name counts
 
 
+def noted(book: Gradebook, questions: Iterable[Grade]) -> bool:
+    """Return True if one of the questions has ever been graded with its answer."""
+    connection = book.db.connection()
+    TABLE.create(connection, checkfirst=True)
+    known = select(TABLE.c.grade).where(TABLE.c.grade.in_([grade.id for grade in questions]))
+    return connection.execute(known).first() is not None
+
+
 def note(book: Gradebook, questions: Iterable[Grade], texts: Mapping[str, str]) -> list[str]:
     """Note the answers as they are now; return the names of those with a mark for another text, flagged for marking.
 

@@ -16,7 +16,7 @@ from autograder.grading.dispatch import Pool
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.results import text
 from autograder.results.output import Basis, Output, bases
-from autograder.submissions import exercises
+from autograder.submissions import exercises, listing
 
 PENDING = "regrade"
 
@@ -54,7 +54,9 @@ class Regrading:
         Raises UsageError when the origin of the results is unknown or a submission is gone, and UnknownExercise.
         """
         self.results = results
-        self.bases = _chosen(results, assignment, students, everything)
+        asked = _asked(results, assignment, students)
+        self.bases = {key: basis for key, basis in asked.items() if everything or batch.outdated(basis, key)}
+        self._asked = asked
         self.pending = Output(results.folder / PENDING, resume=True)
         self._fresh = bases(self.pending.folder)
         for key, basis in self.bases.items():
@@ -87,12 +89,25 @@ class Regrading:
         """Return the results before and after, for all submissions graded again."""
         return [Move(self.results.done[key], self.pending.done[key], self._why(key)) for key in sorted(self.bases)]
 
-    def apply(self, enter: Callable[[Report], object]) -> None:
-        """Replace the old results, moving them to the history, and `enter` each new one into the gradebook."""
-        for key in sorted(self.bases):
-            if self.pending.done[key].status != INFRASTRUCTURE_ERROR:
+    @property
+    def folders(self) -> list[Path]:
+        """Return the folders of the submissions, each to be applied."""
+        return sorted({Path(basis.submitted) for basis in self._asked.values()})
+
+    def apply(self, submitted: Path, enter: Callable[[Report], object]) -> None:
+        """Replace the old results of a folder, moving them to the history, and `enter` each into the gradebook.
+
+        So are those that were not graded again: a written answer or the time of handing in may have changed.
+        """
+        for key, basis in sorted(self._asked.items()):
+            if Path(basis.submitted) != submitted or not listing.is_handed_in(submitted, *key):
+                continue
+            if key in self.bases and self.pending.done[key].status != INFRASTRUCTURE_ERROR:
                 self.results.write(self.pending.done[key], self._fresh[key])
-                enter(self.pending.done[key])
+            enter(self.results.done[key])
+
+    def forget(self) -> None:
+        """Remove the new results that were kept until they are applied."""
         shutil.rmtree(self.pending.folder)
 
     def _is_pending(self, key: tuple[str, str]) -> bool:
@@ -117,10 +132,8 @@ class Regrading:
         return why + [f"removed: {test.title}: {test.outcome}, {test.points:g}" for test in before.values()]
 
 
-def _chosen(
-    results: Output, assignment: str | None, students: list[str], everything: bool
-) -> dict[tuple[str, str], Basis]:
-    """Return the results to make again, each with the inputs that it was made from."""
+def _asked(results: Output, assignment: str | None, students: list[str]) -> dict[tuple[str, str], Basis]:
+    """Return the results of an exercise, or all, and of some students, or all, each with what it was made from."""
     name = assignment and exercises.load(assignment).name
     known = bases(results.folder)
     if missing := sorted(results.done.keys() - known.keys()):
@@ -130,8 +143,5 @@ def _chosen(
     return {
         key: basis
         for key, basis in known.items()
-        if key in results.done
-        and name in (None, key[1])
-        and (not students or key[0] in students)
-        and (everything or batch.outdated(basis, key))
+        if key in results.done and name in (None, key[1]) and (not students or key[0] in students)
     }

@@ -69,7 +69,7 @@ os.makedirs("/srv/exchange/ros2/inbound/bob+calculator+never+x")
 
     grading = kernel(teacher, "grading")
     collected = grading.run("!nbgrader collect calculator").text
-    assert "put there by bob" in collected
+    assert "belongs to bob, and is collected as theirs" in collected
     assert sorted(path.name for path in (classroom.grading / "submitted").iterdir()) == ["ada", "bob"]
     assert not [path for path in (classroom.grading / "submitted").rglob("*") if path.is_symlink() or path.is_fifo()]
     for command in ("autograde calculator", "generate_feedback calculator", "release_feedback calculator"):

@@ -1,12 +1,17 @@
 """`nbgrader collect` in a plain exchange: what a student has put there costs nobody else a hand-in."""
 
 import errno
+import logging
 import os
+import pwd
 import shutil
 import stat
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from nbgrader.apps import NbGraderAPI
+from nbgrader.auth import Authenticator
 from nbgrader.coursedir import CourseDirectory
 from nbgrader.exchange import ExchangeError, ExchangeFactory
 from traitlets.config import Config
@@ -34,29 +39,44 @@ def inbound(tmp_path):
 def collect(tmp_path, inbound):
     """Collects as `nbgrader collect` does in a course folder, and returns the texts of the collected files by path."""
 
-    def run(*, update: bool = False, **options: object) -> dict[str, str]:
-        prepare()
-        config = Config()
-        apply(config)
-        config.Exchange.root = str(tmp_path / "exchange")
-        config.CourseDirectory.assignment_id, config.CourseDirectory.root = "calculator", str(tmp_path / "course")
+    def run(
+        *, update: bool = False, formgrader: bool = False, check_owner: bool = True, **options: object
+    ) -> dict[str, str]:
+        config = configured(tmp_path)
+        config.ExchangeCollect.check_owner = check_owner
         for name, value in options.items():
             config.CourseDirectory[name] = value
         own = CourseDirectory(config=config)
         factory = ExchangeFactory(config=config)
-        factory.Collect(coursedir=own, config=config, update=update).start()
+        if formgrader:
+            assert NbGraderAPI(own, exchange=factory, config=config).collect("calculator", update)["success"]
+        else:
+            factory.Collect(coursedir=own, config=config, update=update).start()
         submitted = tmp_path / "course" / "submitted"
         return {str(path.relative_to(submitted)): path.read_text() for path in submitted.rglob("*") if path.is_file()}
 
     return run
 
 
-def hand_in(inbound: Path, student: str, day: int = 1) -> Path:
-    """Put a hand-in into the exchange as nbgrader does."""
-    folder = inbound / f"{student}+calculator+{TIME.format(day)}+x{day}"
+def configured(place: Path) -> Config:
+    """Return the configuration of a course folder in `place`, with an exchange beside it."""
+    prepare()
+    config = Config()
+    apply(config)
+    config.Exchange.root = str(place / "exchange")
+    config.CourseDirectory.assignment_id, config.CourseDirectory.root = "calculator", str(place / "course")
+    return config
+
+
+def hand_in(inbound: Path, student: str, day: int = 1, by: str = "", time: str = "") -> Path:
+    """Put a hand-in into the exchange as nbgrader does, and give it to the Unix user `by`."""
+    time = time or TIME.format(day)
+    folder = inbound / f"{student}+calculator+{time}+x{day}{by}"
     folder.mkdir()
-    for file, text in (("a.py", f"{student}'s"), (TIMESTAMP, TIME.format(day)), (SECRETS, SECRET)):
+    for file, text in (("a.py", f"{by or student}'s"), (TIMESTAMP, time), (SECRETS, SECRET)):
         (folder / file).write_text(text)
+    if by:
+        shutil.chown(folder, by)
     return folder
 
 
@@ -73,6 +93,89 @@ def test_a_hand_in_is_its_newest_under_the_name_of_its_student(inbound, collect)
     hand_in(inbound, "zoe+1")
     assert collect() == as_collected("ada") | as_collected("zoe+1")
     assert collect(update=True) == as_collected("ada", 3) | as_collected("zoe+1")
+
+
+as_root = pytest.mark.skipif(os.geteuid() != 0, reason="hand-ins of several users take root")
+
+
+@as_root
+@pytest.mark.parametrize("formgrader", [False, True])
+@pytest.mark.parametrize("update", [False, True])
+def test_a_hand_in_for_somebody_else_is_named_and_replaces_nothing(inbound, collect, caplog, formgrader, update):
+    """`games` hands in as `daemon`, before and after daemon does, and as `bin`, who has handed in nothing."""
+    if update:
+        hand_in(inbound, "daemon", 1, "daemon")
+        collect()
+    hand_in(inbound, "daemon", 2, "daemon")
+    forged = [hand_in(inbound, "daemon", 3, "games"), hand_in(inbound, "bin", 1, "games")]
+    hand_in(inbound, "daemon", 4, "games", "9999-01-01 10:00:00.000000 UTC")
+    hand_in(inbound, "games", 1, "games")
+    assert collect(update=update, formgrader=formgrader) == as_collected("daemon", 2) | as_collected("games")
+    for folder, named in zip(forged, ("daemon", "bin"), strict=True):
+        said = f"it names {named}, but belongs to games: ask games why. If it is {named}'s work, {named} has to "
+        said += "hand it in"
+        assert f"{folder} was left out: {said}" in caplog.messages
+    assert sum("names daemon, but belongs to games" in line for line in caplog.messages) == 2
+    assert "c.ExchangeCollect.check_owner = False" in caplog.text
+
+
+@as_root
+def test_who_collects_and_root_can_hand_in_for_a_student_and_with_check_owner_off_anybody(
+    inbound, collect, monkeypatch
+):
+    games = pwd.getpwnam("games").pw_uid
+    hand_in(inbound, "ada", 1, "root")
+    hand_in(inbound, "bob", 1, "games")
+    hand_in(inbound, "cat", 1, "daemon")
+    monkeypatch.setattr(os, "geteuid", lambda: games)
+    found = collect()
+    assert {path.partition("/")[0] for path in found} == {"ada", "bob"}
+    assert {path.partition("/")[0] for path in collect(check_owner=False)} == {"ada", "bob", "cat"}
+
+
+@as_root
+def test_a_hand_in_of_nobody_whom_this_machine_knows_is_named_by_the_number(inbound, collect, caplog):
+    os.chown(hand_in(inbound, "ada"), 61009, 61009)
+    assert collect() == {}
+    assert "it names ada, but belongs to user id 61009: " in caplog.text
+
+
+@as_root
+def test_many_hand_ins_for_others_do_not_hide_what_is_said_of_the_others_own(inbound, collect, caplog):
+    for number in range(MOST_TOLD + 5):
+        hand_in(inbound, "daemon", 1, "games", f"2026-02-01 10:00:00.{number:06} UTC")
+    hand_in(inbound, "daemon", 1, "daemon", "noon")
+    os.mkfifo(hand_in(inbound, "daemon", 1, "daemon") / "pipe")
+    assert collect() == as_collected("daemon")
+    assert sum("belongs to games" in line for line in caplog.messages) == MOST_TOLD
+    assert "games: 5 more were left out" in caplog.messages
+    assert "noon" in caplog.text and "pipe was left out: it is not" in caplog.text
+
+
+def test_a_time_that_is_still_to_come_hides_no_later_hand_in(inbound, collect, caplog):
+    far = "9999-01-01 10:00:00.000000 UTC"
+    hand_in(inbound, "ada", 1, time=far)
+    hidden = as_collected("ada") | {f"ada/calculator/{TIMESTAMP}": far}
+    assert collect() == collect(update=True) == hidden
+    assert sum("which is still to come: a later hand-in counts" in line for line in caplog.messages) == 1
+    now = datetime.now(UTC) + timedelta(seconds=30)  # after the folder's last change, on a clock that is not quite ours
+    hand_in(inbound, "ada", 2, time=f"{now:%Y-%m-%d %H:%M:%S.%f} UTC")
+    found = collect(update=True)
+    assert found[f"ada/calculator/{TIMESTAMP}"].startswith(f"{now:%Y-%m-%d %H:%M:%S}")
+
+
+@as_root
+def test_a_list_tells_whose_a_hand_in_is_that_names_somebody_else(inbound, tmp_path, caplog):
+    caplog.set_level(logging.INFO)
+    for by in ("daemon", "games"):
+        (hand_in(inbound, "daemon", 1, by) / "calculator.ipynb").write_text("{}")
+    config = configured(tmp_path)
+    own = CourseDirectory(config=config)
+    ExchangeFactory(config=config).List(
+        coursedir=own, authenticator=Authenticator(config=config), config=config, inbound=True
+    ).start()
+    lines = [line for line in caplog.messages if line.startswith("ros2 daemon calculator")]
+    assert sorted(line.partition("(no feedback available)")[2] for line in lines) == ["", ", belongs to games"]
 
 
 @pytest.mark.parametrize("what", ["a large file", "a pipe", "a link", "no files", "a strange time", "no time"])

@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import sys
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -65,12 +66,16 @@ def course(released, tmp_path) -> Path:
         (course / "submitted" / student / "calculator").mkdir(parents=True)
         (course / "submitted" / student / "calculator" / "calculator_server.py").write_text("print()")
     shutil.copy(course / "release" / "calculator" / "calculator.ipynb", course / "submitted" / "ada" / "calculator")
-    with Output(course / "out", resume=True) as output:
-        for student in ("ada", "bob"):
-            handed_in = listing.read(course / "submitted", student, "calculator")
-            basis = Basis(str(course / "submitted"), exercises.pack("calculator").digest, listing.digest(handed_in))
-            output.write(report(student), basis)
+    for student in ("ada", "bob"):
+        passed(course / "submitted", student)
     return course
+
+
+def passed(submitted: Path, student: str) -> None:
+    """Write a result for what a student has handed in now, as if all hidden tests were passed."""
+    files = listing.digest(listing.read(submitted, student, "calculator"))
+    with Output(submitted.parent / "out", resume=True) as output:
+        output.write(report(student), Basis(str(submitted), exercises.pack("calculator").digest, files))
 
 
 def grade(course: Path, *options: object) -> str:
@@ -414,6 +419,90 @@ def test_an_answer_that_is_another_than_the_marked_one_waits_for_a_mark_again(co
         book.db.commit()
     assert said not in grade(course).splitlines()
     assert exported(course)[0]["ada"]["raw_score"] == f"{MOST + 4:g}"
+
+
+def marked(course: Path, cell: str, points: float) -> None:
+    """Mark a cell of ada's by hand, as in Formgrader."""
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        grade = book.find_grade(cell, "calculator", "calculator", "ada")
+        grade.manual_score, grade.needs_manual_grade = points, False
+        book.db.commit()
+
+
+COMMANDS = {"grade": grade, "regrade": lambda course: run("regrade", course / "out", "--apply")}
+
+
+@pytest.mark.parametrize("enter", COMMANDS.values(), ids=COMMANDS)
+def test_an_answer_and_a_time_that_changed_are_entered_though_no_program_did(course, enter):
+    answered(course, "ada", "A")
+    time = course / "submitted" / "ada" / "calculator" / "timestamp.txt"
+    time.write_text("2026-05-01 12:00:00 UTC")
+    grade(course)
+    marked(course, QUESTION, 4)
+    marked(course, TESTS[0].cell, 1)
+    answered(course, "ada", "C")
+    time.write_text("2026-05-02 12:00:00 UTC")
+    shown = course / "autograded" / "ada" / "calculator" / "calculator.ipynb"
+    before = shown.read_bytes()
+    if enter is not grade:
+        assert "0 graded again" in (said := run("regrade", course / "out"))
+        assert "Nothing is written yet; the same command with --apply" in said and shown.read_bytes() == before
+    said = "Answers of calculator changed after they were marked by hand, and wait for a new mark: ada."
+    assert said in enter(course).splitlines()
+    assert shown.read_bytes() != before
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        assert book.find_submission("calculator", "ada").timestamp == datetime(2026, 5, 2, 12)
+        grades = book.find_submission("calculator", "ada").notebooks[0].grades
+        assert [grade.name for grade in grades if grade.needs_manual_grade] == [QUESTION]
+    assert said not in enter(course).splitlines()
+
+
+@pytest.mark.parametrize("enter", COMMANDS.values(), ids=COMMANDS)
+def test_who_has_points_by_hand_and_no_notebook_any_more_is_named(course, enter):
+    notebook = course / "submitted" / "ada" / "calculator" / "calculator.ipynb"
+    said = "Handed in again without a notebook that can be read, but with marks by hand for answers of calculator: ada."
+    answered(course, "ada", "A")
+    for name in exercises.load("calculator").files:  # that none is taken from the notebook
+        path = notebook.parent / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("print()")
+    passed(course / "submitted", "ada")
+    grade(course)
+    before = notebook.read_bytes()
+    notebook.unlink()
+    assert said not in enter(course).splitlines()  # there is no mark yet
+    marked(course, QUESTION, 4)
+    assert said in enter(course).splitlines()
+    notebook.write_text("{")
+    assert said in enter(course).splitlines()
+    assert exported(course)[0]["ada"]["raw_score"] == f"{MOST + 4:g}"  # and the mark stays
+    notebook.write_bytes(before)
+    assert said not in enter(course).splitlines()
+    notebook.unlink()
+    marked(course, QUESTION, 0)
+    assert said not in enter(course).splitlines()  # no points for it
+
+
+def test_a_mark_for_an_answer_that_came_by_mail_is_no_news(course):
+    (course / "submitted" / "ada" / "calculator" / "calculator.ipynb").unlink()
+    grade(course)
+    marked(course, QUESTION, 4)
+    assert "Handed in again without" not in grade(course)
+
+
+def test_each_result_is_entered_from_the_folder_that_it_was_graded_in(course):
+    """Bob's is beside the others, with a notebook; a folder that was renamed says nothing about an answer."""
+    grade(course)
+    marked(course, QUESTION, 4)
+    (course / "second").mkdir()
+    (course / "submitted" / "bob").rename(course / "second" / "bob")
+    shutil.copy(course / "release" / "calculator" / "calculator.ipynb", course / "second" / "bob" / "calculator")
+    passed(course / "second", "bob")
+    (course / "submitted" / "ada").rename(course / "submitted" / "eve")
+    said = run("regrade", course / "out", "--apply")
+    assert "0 graded again" in said and "without a notebook" not in said
+    bob = (course / "autograded" / "bob" / "calculator" / "calculator.ipynb").read_text()
+    assert "No notebook was handed in" not in bob
 
 
 def test_feedback_is_released_to_all_who_handed_in_through_the_exchange(course, tmp_path):

@@ -53,7 +53,9 @@ def run(pool, out, assignment=None, students=(), everything=False, apply=False) 
         graded = len([*again.run(pool)])
         moves = again.moves()
         if apply:
-            again.apply(scores.write)
+            for submitted in again.folders:
+                again.apply(submitted, scores.write)
+            again.forget()
     return graded, moves
 
 
