@@ -37,8 +37,8 @@ def whole_values(tree: ast.AST) -> Iterator[tuple[int, str]]:
         if any(isinstance(node, ast.Name) and node.id == given and isinstance(node.ctx, ast.Store) for node in nodes):
             continue
         what = f"the whole {part.lower() or 'message'}"
-        how = f"its value is `{given}.{next(iter(fields))}`" if len(fields) == 1 else (
-            f"ask for one of its fields, {' or '.join(f'`{given}.{field}`' for field in fields)}")  # fmt: skip
+        values = " or ".join(f"`{given}.{field}`" for field in fields)
+        how = f"its value is {values}" if len(fields) == 1 else f"ask for one of its fields, {values}"
         for node in nodes:
             for asked in asked_by(node):
                 if isinstance(asked, ast.Name) and asked.id == given:
@@ -63,9 +63,8 @@ def _compared_with_nothing(node: ast.AST) -> list[ast.expr]:
 def other_than_success(tree: ast.AST) -> Iterator[tuple[int, str]]:
     """Yield conditions of a client on a field of the response where nothing reads its `success`."""
     nodes = [*walk(tree)]
-    words = {name_of(node) for node in nodes} | {getattr(node, "value", None) for node in nodes
-                                                 if isinstance(node, ast.Constant)}  # fmt: skip
-    if {"success", "getattr", "vars", "get_fields_and_field_types"} & {*filter(None, words)}:
+    words = {node.value if isinstance(node, ast.Constant) else name_of(node) for node in nodes}
+    if {"success", "getattr", "vars", "get_fields_and_field_types"} & words:
         return
     for call in calls(tree, "create_client"):
         kind = argument(call, 0, "srv_type")
