@@ -656,7 +656,33 @@ def _declared_already(found: re.Match[str], source: str) -> str:
                 f"`{automatic}` in line {node.value.lineno} declares each parameter that is given at the start: leave "
                 "it out. `declare_parameter` takes the value that is given in place of its default."
             )
-    return "A parameter is declared once: remove the second declaration."
+    once = "A parameter is declared once"
+    name = given[1] if (given := re.search(r"already declared: \['([^']*)'\]", found.string)) else ""
+    tree = parse(source)
+    written = [(call, argument(call, 0, "name")) for call in calls(tree, "declare_parameter")]
+    lines = [call.lineno for call, each in written if isinstance(each, ast.Constant) and each.value == name]
+    for loop in (node for node in walk(tree) if isinstance(node, (ast.For, ast.While)) and len(lines) == 1):
+        if loop.lineno < lines[0] <= (loop.end_lineno or 0):
+            again = f"line {lines[0]} declares '{name}' in each round of its loop"
+            own = isinstance(loop, ast.For) and name in {
+                each.id for each in walk(loop.target) if isinstance(each, ast.Name)
+            }
+            return f"{once}, and {again}{f'. Is `{name}` meant, without quotation marks?' if own else '.'}"
+    if len(lines) > 1:
+        return (
+            f"{once}, and lines {' and '.join(map(str, lines))} declare '{name}': remove one of them, or correct its "
+            "name."
+        )
+    return f"{once}: this one was declared before."
+
+
+def _not_initialised(found: re.Match[str], source: str) -> str:
+    """Return the hint on a node that is made before `rclpy.init()`, as by a class that need not be a node."""
+    tree, before = parse(source), "`rclpy.init()` must be called before a node is made"
+    nodes = [each.name for each in walk(tree) if isinstance(each, ast.ClassDef) and "Node" in map(name_of, each.bases)]
+    if len(nodes) == 1 and not any(calls(tree, "init")) and "main" not in {each.name for each in functions(tree)}:
+        return f"{before}, and '{nodes[0]}' is a node. If it needs nothing of ROS, leave its base `Node` out."
+    return f"{before}."
 
 
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
@@ -825,10 +851,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         _says("Your node has a method or an attribute called `handle`, which hides rclpy's own: choose another name."),
     ),
     (r"rcl node's context is invalid", lambda found, source: _after_the_shutdown(source)),
-    (
-        r"NotInitializedException|rcl node's context is invalid|rclpy\.init\(\) has not been called",
-        _says("`rclpy.init()` must be called before a node is made."),
-    ),
+    (r"NotInitializedException|rcl node's context is invalid|rclpy\.init\(\) has not been called", _not_initialised),
     (
         r"'LiveNode' object has no attribute '",
         _says("What `ros.start` returns is a handle of the node. The node itself is its `.node`."),

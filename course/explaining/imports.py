@@ -34,13 +34,13 @@ def wrong_import(module: str, name: str, source: str) -> str:
     known = installed()
     package, _, kind = module.partition(".")
     for each in [name] if name else _imported(module, source):
-        places = [f"{other}.{of}" for other, kinds in known.items() for of, names in kinds.items() if each in names]
+        places = places_of(each, known)
         own = [place for place in places if place.split(".")[0] == package]
         if own:
             return f"{each} is in {own[0]}: write `from {own[0]} import {each}`."
         if places and package in known:
-            first = sorted(places, key=lambda place: place.split(".")[1] != kind)[:LISTED]
-            return f"{package} has no {each}. It is in {' and in '.join(first)}: write `from {first[0]} import {each}`."
+            first = sorted(places, key=lambda place: place.split(".")[1] != kind)
+            return f"{package} has no {each}. {told(each, first)}"
         if len(places) == 1 and package == OF_A_PROGRAM:
             return f"{each} is in {places[0]}: write `from {places[0]} import {each}`."
     if package in known and kind not in known[package] and not name:
@@ -48,6 +48,16 @@ def wrong_import(module: str, name: str, source: str) -> str:
         return f"{package} has {' and '.join(kinds)}, but no {kind}: `from {package}.{kinds[0]} import ...`."
     near = difflib.get_close_matches(package, known, 1, 0.85) if package not in known and not name else []
     return f"Did you mean the package {near[0]}?" if near else ""
+
+
+def places_of(name: str, known: dict[str, dict[str, list[str]]]) -> list[str]:
+    """Return the modules of the `known` interfaces (see `installed`) that have an interface called `name`."""
+    return [f"{package}.{of}" for package, kinds in known.items() for of, names in kinds.items() if name in names]
+
+
+def told(name: str, places: list[str]) -> str:
+    """Return sentences on the modules that have `name`, and how to import it from the first."""
+    return f"It is in {' and in '.join(places[:LISTED])}: write `from {places[0]} import {name}`."
 
 
 def is_there(package: str) -> bool:

@@ -1,6 +1,7 @@
 """Hints on names that are not there: one that nothing sets, a module, a class, or an attribute of something else."""
 
 import ast
+import builtins
 import contextlib
 import difflib
 import importlib
@@ -9,7 +10,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from course.explaining.imports import is_there, wrong_import
+from course.explaining.imports import installed, is_there, places_of, told, wrong_import
 from course.explaining.mixups import hidden_by_file
 from course.explaining.source import (
     functions,
@@ -113,19 +114,35 @@ def no_such_class(found: re.Match[str], source: str) -> str:
         names = [each for each in dir(importlib.import_module(module)) if not each.startswith("_")]
     except ImportError:
         names = []
-    of_types = module.rpartition(".")[2] in ("msg", "srv", "action")
+    of_types = module.rpartition(".")[2] in ("msg", "srv", "action") and not module.startswith("rclpy.")
     known = [each for each in names if each[:1].isupper() and "_" not in each] if of_types else names
     near = difflib.get_close_matches(name, known, 1)
     meant = f" Did you mean `{near[0]}`?" if near else ""
     usual = {COURSE: USUAL, "rclpy": OF_RCLPY}.get(module.split(".")[0], ())
     if name not in near and (place := _module_with(name, usual)):
         return f"{name} is in {place}: write `from {place} import {name}`."
+    if name not in near and module.startswith("rclpy") and (types := places_of(name, installed())):
+        return f"{module} has no {name}. {told(name, types)}"
+    if owner := _class_with(name, module):
+        return (
+            f"`{name}` is a method of the class {owner} in {module}: write `from {module} import {owner}`, and call it "
+            f"of an object, `{owner}().{name}(...)`."
+        )
+    if hasattr(builtins, name):
+        return f"`{name}` is one of Python's own names: it needs no import."
     if not of_types:
         elsewhere = not near and module.split(".")[0] != COURSE  # a page's own names are all known here
         return f"{module} has no {name}{': look for the module that has it.' if elsewhere else '.'}{meant}"
     return (
         f"{module} has no {name}: compare spelling and capital letters with the name of the definition's file.{meant}"
     )
+
+
+def _class_with(name: str, module: str) -> str:
+    """Return the one class of a loaded module that has a method or a variable called `name`; '' without one."""
+    own = [each for each in vars(sys.modules.get(module, object)).values() if isinstance(each, type)]
+    found = [each.__name__ for each in own if each.__module__ == module and name in vars(each)]
+    return found[0] if len(found) == 1 else ""
 
 
 def of_rclpy(found: re.Match[str], source: str) -> str:

@@ -134,8 +134,10 @@ def _write(path: Path, cell: str) -> None:
         ) from None
     remember(path, cell)
     if copy:
-        what = "a later text than the cell has now" if by_a_cell else "been edited outside of this cell"
-        print(f"note: {path.name} had {what}: what it contained is now in {copy.name}.", file=sys.stderr)
+        why = f"{path.name} had been edited outside of this cell: what it contained is now in {copy.name}"
+        if by_a_cell:
+            why = f"this cell has an earlier text again: what {path.name} contained until now is kept in {copy.name}"
+        print(f"note: {why}.", file=sys.stderr)
 
 
 def _tell_of_others(path: Path) -> None:

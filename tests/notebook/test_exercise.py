@@ -299,8 +299,14 @@ def test_a_cell_with_an_earlier_text_keeps_the_later_one_of_its_file(kernel):
     for text in ("A = 1", "A = 2"):
         assert kernel.run(f"%%exercise again.py --no-start\n{text}\n") == "again.py: written"
     out = kernel.run("%%exercise again.py --no-start\nA = 1\n")
-    assert "again.py had a later text than the cell has now: what it contained is now in again.edited-1.py." in out
+    assert (
+        "note: this cell has an earlier text again: what again.py contained until now is kept in again.edited-1" in out
+    )
     assert (kernel.folder / "again.edited-1.py").read_text() == "A = 2\n"
+    # There and back again, as by Ctrl-Z: each text is kept once.
+    for text, copy in (("A = 2", "again.edited-2.py"), ("A = 1", "again.edited-1.py"), ("A = 2", "again.edited-2.py")):
+        assert f"kept in {copy}." in kernel.run(f"%%exercise again.py --no-start\n{text}\n")
+    assert len([*kernel.folder.glob("again.edited-*")]) == 2
 
 
 def test_a_file_that_was_edited_is_not_written_over_when_no_copy_can_be_kept(tmp_path, monkeypatch):
