@@ -159,7 +159,10 @@ def grade(
     patience: Patience = 1.0,
 ) -> None:
     """Grade a folder of submissions; write results, feedback and the gradebook."""
+    from autograder.gradebook.apart import expect_private
+
     _one_of(jobs, scheduler)
+    expect_private(out)
     found = listing.find(submitted, assignment, student or [])
     known = of_class(submitted, roster)
     zero = without_notebook == Unanswered.ZERO
@@ -485,7 +488,8 @@ def release_command(
 ) -> None:
     """Make the students' version of notebooks; stop if one would show a solution or a hidden test."""
     from autograder.gradebook import ends
-    from autograder.gradebook.release import expect_apart, hand_out, release
+    from autograder.gradebook.apart import expect_apart
+    from autograder.gradebook.release import hand_out, release
     from autograder.submissions.times import parse_time
 
     if students:

@@ -17,7 +17,7 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
-from autograder.gradebook import ends
+from autograder.gradebook import apart, ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
@@ -33,7 +33,6 @@ log = logging.getLogger(__name__)
 START_PAGE = "index.ipynb"
 PICTURE = "jupyterlab.png"  # in the students' README
 DEVCONTAINER = "devcontainer.json"
-STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
 # Files in environment/ that students do not get, or get in another place.
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # the sections of pyproject.toml for students
@@ -63,9 +62,9 @@ def release(
     """Make the student version of the `chosen` notebooks, or of all, in `course`/release; return the folders made.
 
     Only notebooks are copied, not the files written by running them.  `due` goes into the gradebook, `until` into
-    `ends.json` (`ends.NONE` removes an earlier one), and both into the notebook, so that handing in can say what is
-    late.  Raises UsageError when a notebook cannot be released, and Leak, after removing the student version, when that
-    would show an answer.
+    `ends.json` (`ends.NONE` removes an earlier one); what is not given stays as it was.  Both go into the notebook, so
+    that handing in can say what is late.  Raises UsageError when a notebook cannot be released, and Leak, after
+    removing the student version, when that would show an answer.
     """
     notebooks = notebooks or repository() / "notebooks"
     known, chosen = names(notebooks), list(chosen)
@@ -80,11 +79,14 @@ def release(
         raise UsageError("the end is before the due date")
     folders = [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
     ends.change(course, {folder.name: until for folder in folders})
+    known = ends.read(course)
     for folder in folders:
-        _note_dates(folder / f"{folder.name}.ipynb", {DUE: due, UNTIL: end})
-        if due:
-            with nbgrader.gradebook as book:
+        with nbgrader.gradebook as book:
+            if due:
                 book.update_or_create_assignment(folder.name, duedate=due.astimezone(UTC).replace(tzinfo=None))
+            given = book.find_assignment(folder.name).duedate  # now or in an earlier release
+        dates = {DUE: given and given.replace(tzinfo=UTC), UNTIL: known.get(folder.name)}
+        _note_dates(folder / f"{folder.name}.ipynb", dates)
     return folders
 
 
@@ -104,23 +106,6 @@ def set_up(course: Path) -> None:
         config.write_text(COURSE_FILE, encoding="utf-8")
 
 
-def expect_apart(course: Path, students: Path) -> None:
-    """Raise UsageError when the folder for students would hold answers: the course's folder, or this checkout."""
-    inside, made, checkout = course.resolve(), students.resolve(), repository()
-    above = (inside, *inside.parents)
-    if made in above:
-        why = f"the course folder {inside}, which has the answers, would be in it: choose another folder for students"
-    elif any(inside / name in (made, *made.parents) for name in STEPS):
-        why = f"it belongs to a step of the course folder {inside}: choose another folder for students"
-    elif released := next((each for each in above if (each / "notebooks" / RELEASED).is_dir()), None):
-        why = f"the course folder {inside} lies in {released}, which was made for students: choose another --course"
-    elif made in (checkout, *checkout.parents):
-        why = f"the repository {checkout}, which has the answers, would be in it: choose another folder for students"
-    else:
-        return
-    raise UsageError(f"{students} cannot be the folder for students: {why}")
-
-
 def hand_out(folder: Path, released: Iterable[Path]) -> None:
     """Copy into `folder` what students get: start page, released notebooks, `course`, its set-up, README; no answers.
 
@@ -128,22 +113,29 @@ def hand_out(folder: Path, released: Iterable[Path]) -> None:
     """
     root = repository()
     for name, without in (("course", ["__pycache__"]), ("environment", DEVELOPERS)):
-        shutil.copytree(root / name, folder / name, ignore=shutil.ignore_patterns(*without), dirs_exist_ok=True)
+        ignore = shutil.ignore_patterns(*without)
+        shutil.copytree(root / name, folder / name, ignore=ignore, copy_function=_copy, dirs_exist_ok=True)
     for notebooks in released:
         for where in (notebooks.name, f"{RELEASED}/{notebooks.name}"):  # to work in, and to restore a stub from
-            shutil.copytree(notebooks, folder / "notebooks" / where, dirs_exist_ok=True)
+            shutil.copytree(notebooks, folder / "notebooks" / where, copy_function=_copy, dirs_exist_ok=True)
     (folder / "notebooks").mkdir(exist_ok=True)
-    (folder / "notebooks" / START_PAGE).write_text(start_page(), encoding="utf-8")
+    storage.replace(folder / "notebooks" / START_PAGE, start_page().encode())
     for name in ("LICENSE", ".dockerignore"):
-        shutil.copy(root / name, folder)
+        _copy(root / name, folder / name)
     # The places where Codespaces and editors look for it, and where Binder does.
     for name, where in ((DEVCONTAINER, ".devcontainer"), ("Dockerfile", "binder")):
         (folder / where).mkdir(exist_ok=True)
-        shutil.copy(root / "environment" / name, folder / where)
-    (folder / "pyproject.toml").write_text(_students_project(root / "pyproject.toml"), encoding="utf-8")
+        _copy(root / "environment" / name, folder / where / name)
+    storage.replace(folder / "pyproject.toml", _students_project(root / "pyproject.toml").encode())
     for path, page in pages().items():
         (folder / path).parent.mkdir(exist_ok=True)
-        shutil.copy(page, folder / path)
+        _copy(page, folder / path)
+
+
+def _copy(source: Path | str, target: Path | str) -> None:
+    """Copy a file with its mode, as a new one: what is there may be a link to a file elsewhere."""
+    Path(target).unlink(missing_ok=True)
+    shutil.copy(source, target)
 
 
 def pages() -> dict[str, Path]:
@@ -185,6 +177,7 @@ def _release(nbgrader: "NbGraderAPI", course: Path, name: str, notebook: Path) -
     if difference := exercises.difference(name, notebook) if name in exercises.names() else "":
         raise UsageError(f"{name} is not released: {difference}")
     source.mkdir(parents=True, exist_ok=True)
+    apart.expect_no_results(source)
     _stage(notebook, source / notebook.name, course / "replaced")
     done = nbgrader.generate_assignment(name)
     if not done["success"]:

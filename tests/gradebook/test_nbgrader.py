@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,8 @@ from nbconvert.writers import FilesWriter
 from nbgrader.api import Gradebook
 from nbgrader.server_extensions.formgrader import handlers
 
-from autograder.gradebook import database, leaks, plugins, release
+from autograder.errors import UsageError
+from autograder.gradebook import apart, database, ends, leaks, plugins, release
 from autograder.paths import HIDDEN, repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import exercises, notebook, reading
@@ -404,15 +406,96 @@ def test_a_folder_for_students_that_would_hold_answers_is_refused_before_anythin
     assert sorted(tmp_path.rglob("*")) == before
 
 
+SOLVED_NOTEBOOK = (repository() / "notebooks/calculator/calculator.ipynb").read_text()
+SOLVED_PROGRAM = (repository() / "solutions/calculator/calculator_server.py").read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "said"),
+    [
+        ("calculator/calculator.ipynb", SOLVED_NOTEBOOK, "which has answers"),
+        ("notebooks/.ipynb_checkpoints/calculator-checkpoint.ipynb", SOLVED_NOTEBOOK, "which has answers"),
+        ("notebooks/calculator/calculator_server.py", SOLVED_PROGRAM, "which has answers"),
+        ("old/gradebook.db", "", "which belongs to a course folder or to results"),
+        ("results/details.jsonl", "", "which belongs to a course folder or to results"),
+        ("answers", None, "which leads to "),
+    ],
+)
+def test_a_folder_for_students_that_has_answers_already_is_refused(tmp_path, name, text, said):
+    """As one with the solved notebooks of `--notebooks`, or that is the course folder by another mount."""
+    there = tmp_path / "students" / name
+    there.parent.mkdir(parents=True)
+    if text is None:
+        there.symlink_to("../grading")
+    else:
+        there.write_text(text)
+    with pytest.raises(UsageError, match="cannot be the folder for students: it has ") as refused:
+        apart.expect_apart(tmp_path / "grading", tmp_path / "students")
+    assert name in str(refused.value) and said in str(refused.value)
+
+
+def test_what_students_work_with_is_no_answer(tmp_path):
+    (tmp_path / "students/notebooks/calculator").mkdir(parents=True)
+    (tmp_path / "students/notebooks/calculator/calculator_server.py").write_text("print('mine')\n")
+    (tmp_path / "students/link.py").symlink_to("notebooks/calculator/calculator_server.py")
+    (tmp_path / "students/.venv").symlink_to("/usr")
+    apart.expect_apart(tmp_path / "grading", tmp_path / "students")
+
+
+@pytest.mark.parametrize(
+    "out", ["given/results", "given", "class/source/calculator", "class/submitted/ada", "class/release"]
+)
+def test_results_are_not_written_where_students_get_them(tmp_path, out):
+    (tmp_path / "given/notebooks/.released").mkdir(parents=True)
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class/nbgrader_config.py").touch()
+    with pytest.raises(UsageError, match="choose another --output"):
+        apart.expect_private(tmp_path / out)
+    for fine in ("out", "class/out", "class", "source/out"):
+        apart.expect_private(tmp_path / fine)
+
+
+def test_results_in_the_folder_of_an_exercise_are_not_released(tmp_path):
+    (tmp_path / "source/calculator").mkdir(parents=True)
+    (tmp_path / "source/calculator/details.jsonl").touch()
+    with pytest.raises(UsageError, match=r"details\.jsonl would be released: it belongs to a grading"):
+        release.release(tmp_path, ["calculator"])
+    assert not (tmp_path / "release").exists()
+
+
+def test_dates_stay_in_force_and_in_the_notebook_until_they_are_changed(tmp_path):
+    """A second release without them told students nothing of the dates by which their work was judged."""
+    due, end = (datetime(2026, 11, day, 10, tzinfo=UTC) for day in (20, 21))
+
+    def noted(*dates) -> dict:
+        folder = release.release(tmp_path, ["calculator"], None, *dates)[0]
+        return json.loads((folder / "calculator.ipynb").read_text())["metadata"].get("course", {})
+
+    both = {"due": due.isoformat(), "until": end.isoformat()}
+    assert noted(due, end) == noted() == both
+    assert noted(None, ends.NONE) == {"due": due.isoformat()}
+
+
+def test_a_release_writes_through_no_link(course, tmp_path):
+    """A file there may be the same one as in a folder elsewhere."""
+    kept = tmp_path / "mine.md"
+    kept.write_text("mine")
+    (tmp_path / "students").mkdir()
+    os.link(kept, tmp_path / "students/README.md")
+    release.hand_out(tmp_path / "students", [course / "release/calculator"])
+    assert kept.read_text() == "mine" and (tmp_path / "students/README.md").read_text() != "mine"
+
+
 @pytest.mark.parametrize(("course", "students"), [("grading", "students"), (".", "students"), ("a/b", "a/c")])
 def test_a_folder_for_students_beside_or_in_the_course_folder_is_not_refused(tmp_path, course, students):
-    release.expect_apart(tmp_path / course, tmp_path / students)
+    apart.expect_apart(tmp_path / course, tmp_path / students)
 
 
 def test_what_students_get_can_be_set_up_and_holds_no_answer(course, tmp_path):
     """All of `course`, the set-up, the notebooks and a README; of the answers and the grader not even the names."""
     released = [course / "release" / name for name in release.names()]
     for _ in range(2):  # again, to bring it up to date
+        apart.expect_apart(course, tmp_path)
         release.hand_out(tmp_path, released)
     files = {str(path.relative_to(tmp_path)): path for path in tmp_path.rglob("*") if path.is_file()}
     here = {
