@@ -65,8 +65,8 @@ def test_a_value_for_a_callback_is_not_told_of_an_error_elsewhere():
 
 
 A_RANGE = (
-    "AssertionError: The 'floating_point_range' field must be a set or sequence with length <= 1 and each value of type "
-    "'FloatingPointRange'"
+    "AssertionError: The 'floating_point_range' field must be a set or sequence with length <= 1 and each value of "
+    "type 'FloatingPointRange'"
 )
 UNDECLARED = "rclpy.exceptions.ParameterNotDeclaredException: Invalid access to undeclared parameter(s): k"
 OF_A_LIST = "AttributeError: 'list' object has no attribute 'value'"
