@@ -84,6 +84,7 @@ def response_first(source: str) -> str:
     return ""
 
 
+NO_CALLBACK = "A publisher has no callback: `create_publisher(TheType, 'topic', 10)`."
 OF_RCLPY = {"ActionClient": rclpy.action.ActionClient, "ActionServer": rclpy.action.ActionServer, "Node": Node}
 
 
@@ -93,6 +94,8 @@ def unknown_keyword(found: re.Match[str], source: str) -> str:
     function = getattr(OF_RCLPY.get(owner), method, None)
     if method == "declare_parameter" and name in ParameterDescriptor.get_fields_and_field_types():
         return f"`{name}` is a field of the descriptor, the third argument: `ParameterDescriptor({name}=...)`."
+    if method == "create_publisher" and name == "callback":
+        return NO_CALLBACK
     if function is None or "Did you mean" in found.string:
         return ""
     takes = [each for each in inspect.signature(function).parameters if each != "self"]
@@ -144,10 +147,13 @@ def _by_name(maker: str, source: str) -> str:
     tree = parse(source)
     made = [node for node in walk(tree) if isinstance(node, ast.Assign)]
     names = {ast.unparse(each) for node in made if _is_group(node.value) for each in node.targets}
+    own = {each.name for each in functions(tree)}
     for call in calls(tree, maker):
         for given in call.args[BY_NAME[maker] :]:
             if ast.unparse(given) in names or _is_group(given):
                 return f"`{maker}` takes a callback group by name: write `callback_group={ast.unparse(given)}`."
+        if maker == "create_publisher" and any(name_of(each) in own for each in call.args[2:]):
+            return NO_CALLBACK
     return f"`{maker}` takes its further arguments by name, as in `callback_group=group`."
 
 

@@ -44,8 +44,10 @@ from course.explaining.source import (
     no_list,
     no_result,
     parse,
+    response_for_callback,
     spins_once,
     text_at,
+    value_for_callback,
     wrong_guard,
     wrong_return,
 )
@@ -193,6 +195,8 @@ def of_program(
     error, frames = _last_traceback(output, path)
     ending = f"ended with exit status {status}" if status >= 0 else f"was ended by the signal {_signal(-status)}"
     callback: tuple[str, int, str] | tuple[str, int] | None = defined(error, source)
+    if uncallable := re.match(r"TypeError: '(\w+)' object is not callable", error):
+        callback = value_for_callback(source, uncallable[1]) or response_for_callback(source, uncallable[1])
     pre_set = no_list(source) if "not iterable" in error and f"in {PRE_SET}" in output else None
     if error in NO_RESPONSE or RESULT_TYPE in error or pre_set:
         callback = pre_set or (

@@ -35,6 +35,7 @@ from course.explaining.interface_parts import (
     by_name,
     no_such_argument,
     no_such_field,
+    not_a_list,
     not_a_message,
     of_a_goal_handle,
     sent,
@@ -80,7 +81,7 @@ from course.explaining.nothing import (
     returned_nothing,
     silent_helper,
 )
-from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept
+from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept, parameters_for_one
 from course.explaining.operands import time_without, unfit
 from course.explaining.overwritten import (
     NO_TYPE,
@@ -93,10 +94,11 @@ from course.explaining.overwritten import (
 )
 from course.explaining.parameter_files import unparsed
 from course.explaining.ros_1 import library
-from course.explaining.slips import methods_asked
+from course.explaining.slips import hides_a_property, methods_asked
 from course.explaining.source import (
     CALLBACKS,
     argument,
+    callbacks,
     called_callback,
     calls,
     functions,
@@ -114,6 +116,7 @@ from course.explaining.source import (
     spins_a_class,
     the_method_itself,
     undecorated,
+    value_for_callback,
     wrong_return,
 )
 from course.foundation import cells
@@ -277,13 +280,14 @@ def _class_for_node(found: re.Match[str], source: str) -> str:
     return ""
 
 
+SPINS = re.compile(r"\bspin\w*\(")  # a line that runs the callbacks, and so may show an error of any of them
 PLAIN = ("bool", "int", "float", "str", "list", "array", "dict", "tuple")
 
 
 def _called_here(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on what a line calls, if it calls anything but Python's own functions."""
     names = [name for name in dict.fromkeys(map(ast.unparse, called(code))) if not hasattr(builtins, name)]
-    if not code or hidden_method(source) or called_callback(source):
+    if not code or SPINS.search(code) or hidden_method(source) or called_callback(source):
         return ""
     kind = with_article(found[1])
     properties = {each.name for each in functions(parse(source)) if "property" in map(name_of, each.decorator_list)}
@@ -298,10 +302,24 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
 
 
+def _value_for_callback(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a value that is given in the place of a method: `self.blocked` for `self.block`."""
+    given = value_for_callback(source, found[1])
+    if not given:
+        return ""
+    name, line = given
+    if code and not SPINS.search(code) and code != source.splitlines()[line - 1].strip():
+        return ""
+    free = undecorated(functions(parse(source))) - callbacks(parse(source))
+    near = difflib.get_close_matches(name, free, 1, 0.7)
+    how = f"Is `self.{near[0]}` meant?" if near else "Give a method there, by its name without brackets."
+    return f"Line {line} gives `self.{name}`, {with_article(found[1])}, as a callback, which must be a function. {how}"
+
+
 def _response_for_callback(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on `cancel_callback=CancelResponse.ACCEPT`, or on brackets after such a response."""
     kind, what = found[1], found[1].removesuffix("Response").lower()
-    if code:
+    if re.search(rf"\b{kind}\.\w+\(", code):
         return f"`{kind}.ACCEPT` and `{kind}.REJECT` are not functions: leave out the brackets after them."
     given = "goal_handle" if what == "cancel" else "goal"
     return (
@@ -560,6 +578,11 @@ def _hidden_property(found: re.Match[str], source: str) -> str:
     return f"The method `{hidden[0]}` hides rclpy's own: choose another name." if hidden else ""
 
 
+def _hidden_in_a_class(found: re.Match[str], source: str) -> str:
+    hidden = next(hides_a_property(parse(source)), None)
+    return f"Line {hidden[0]}: {hidden[1]}" if hidden else ""
+
+
 def _names(call: ast.Call, name: str) -> bool:
     return bool(call.args) and isinstance(call.args[0], ast.Constant) and call.args[0].value == name
 
@@ -598,7 +621,19 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
             f"`{method}` is called on the class {cls}, not on an object: {where} `{cls}`{'' if line else ' is passed'} "
             f"without brackets. Write `{cls}()` there."
         )
+    if statement := _class_kept(code, method, source):
+        text = f"Line {statement.lineno}, `{ast.unparse(statement)}`, keeps the class itself."
+        return f"{text} Create one with brackets: `{ast.unparse(statement.value)}()`."
     return ""
+
+
+def _class_kept(code: str, method: str, source: str) -> ast.Assign | None:
+    """Return the only statement that sets what a line calls a method of, if that keeps a class: `e = Executor`."""
+    owners = {ast.unparse(call.func.value) for call in calls(line_tree(code), method)
+              if isinstance(call.func, ast.Attribute)}  # fmt: skip
+    found = (node for node in walk(parse(source)) if isinstance(node, ast.Assign))
+    made = [node for node in found if owners & {*map(ast.unparse, node.targets)}]
+    return made[0] if len(made) == 1 and re.match(r"[A-Z]\w*[a-z]", name_of(made[0].value)) else None
 
 
 def _objects(cls: str, source: str) -> str:
@@ -827,6 +862,18 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
             f"A logger of rclpy takes one text, with the values in it: `{found[1]}(f'... {{value}}')`, for example."
         ),
     ),
+    (
+        r"Logger severity cannot be changed between calls",
+        _says(
+            "A logging call must keep the severity of its first message, and this one has changed it. Write a call for "
+            "each: `.info(...)` in an `if`, and `.error(...)` in its `else`, for example."
+        ),
+    ),
+    (
+        r"Node\.get_logger\(\) takes 1 positional argument but",
+        _says("`get_logger()` takes no text. A method of the logger logs one: `self.get_logger().info('...')`."),
+    ),
+    (r"object has no attribute '_executor_event'", _hidden_in_a_class),
     (r"Expected QoSProfile or int, but received|execution callback: not callable", order_of_arguments),
     (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),
@@ -905,10 +952,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"The 'parameters' field must be a set or sequence and each value of type 'Parameter'",
         _says("Each must be the message of a parameter: `parameters=[Parameter(...).to_parameter_msg()]`."),
     ),
-    (
-        r"The '(\w+)' field must be a set or sequence",
-        lambda found, source: f"The field '{found[1]}' takes a list, even for a single value: `{found[1]}=[...]`.",
-    ),
+    (r"The '(\w+)' field must be a set or sequence(?:.* each value of type '(\w+)')?", not_a_list),
     (
         r"'str' object cannot be interpreted as an integer|cannot use a str to initialize an array",
         _says("Whole numbers are expected here, not text: convert each one with `int(...)`."),
@@ -1097,6 +1141,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
     (r"(\w+)\(\) missing \d+ required positional argument", called_by_hand),
     (r"^AttributeError: '(\w+)' object has no attribute '(\w+)'", not_kept),
+    (r"undeclared parameter\(s\)|'list' object has no attribute 'value'", parameters_for_one),
     (r"undeclared parameter\(s\): (-?[\d.]+|True|False)", wrong_forms.value_for_a_name),
     (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),
     (r"^TypeError: (\w+)\.__init__\(\) got an unexpected keyword argument 'threads'", of_start),
@@ -1132,6 +1177,7 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^TypeError: '\w+' object is not callable", hidden_here),
     (NOT_CALLABLE, overwritten),
     (NO_TYPE, overwritten),
+    (NOT_CALLABLE, _value_for_callback),
     (NOT_CALLABLE, _called_here),
     (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", _still_none),
     (r"'NoneType' object is not subscriptable|operand type.*'NoneType'|between.*'NoneType'", gave_nothing),

@@ -59,6 +59,24 @@ def no_such_field(found: re.Match[str], source: str) -> str:
     return _has_fields(f"The message {message}", fields, name)
 
 
+RANGES = ("FloatingPointRange", "IntegerRange")
+LISTS = (ast.List, ast.Tuple, ast.Set, ast.ListComp)
+
+
+def not_a_list(found: re.Match[str], source: str) -> str:
+    """Return the hint on a field that takes a list; where the text gives it one, only on the range of a descriptor."""
+    name, kind = found.groups()
+    tree = parse(source)
+    given = [node.value for node in walk(tree) if isinstance(node, ast.keyword) and node.arg == name]
+    made = [node for node in walk(tree) if isinstance(node, ast.Assign)]
+    given += [node.value for node in made if getattr(node.targets[0], "attr", "") == name]
+    if not given or not all(isinstance(each, LISTS) for each in given):
+        return f"The field '{name}' takes a list, even for a single value: `{name}=[...]`."
+    if kind not in RANGES:
+        return ""
+    return f"The list holds one {kind}, with both of its ends: `{name}=[{kind}(from_value=..., to_value=...)]`."
+
+
 def wrapped(found: re.Match[str], source: str) -> str:
     """Return the hint on a missing attribute of a goal's response or a feedback message, which wraps the one meant."""
     part, name = found[2], found[3]

@@ -4,7 +4,8 @@ import ast
 import re
 
 from course.explaining.endings import around
-from course.explaining.source import last_parameter, named, parameter_callbacks, parse, wrong_result
+from course.explaining.mixups import line_tree
+from course.explaining.source import last_parameter, name_of, named, parameter_callbacks, parse, wrong_result
 from course.foundation.syntax import walk
 
 
@@ -17,6 +18,17 @@ def list_of_parameters(found: re.Match[str], source: str, code: str) -> str:
                 f"`{given}` is a list of Parameters, each with `.name` and `.value`. A dict of them is "
                 f"`{{each.name: each.value for each in {given}}}`; only those that are set are in it."
             )
+    return ""
+
+
+def parameters_for_one(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on `get_parameters('kp').value`, which takes and returns a list, and each letter for a name."""
+    for node in (each for each in walk(line_tree(code)) if isinstance(each, ast.Attribute) and each.attr == "value"):
+        asked = node.value
+        if isinstance(asked, ast.Call) and name_of(asked.func) == "get_parameters" and len(asked.args) == 1:
+            (name,) = getattr(asked.args[0], "elts", [])[:1] or asked.args
+            one = f"{ast.unparse(asked.func).removesuffix('s')}({ast.unparse(name)}).value"
+            return f"`get_parameters` takes a list of names and returns a list. For one parameter, write `{one}`."
     return ""
 
 

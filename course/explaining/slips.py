@@ -12,6 +12,7 @@ from course.explaining.doubled import doubled
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.lost_values import lost_values
 from course.explaining.misspelt_texts import misspelt_texts
+from course.explaining.never_equal import never_equal
 from course.explaining.source import (
     CALLBACKS,
     argument,
@@ -24,6 +25,7 @@ from course.explaining.source import (
     made_in_a_callback,
     name_of,
     named,
+    node_classes,
     parameter_callbacks,
     parse,
     service_callbacks,
@@ -61,7 +63,7 @@ def slips(cell: str) -> list[str]:
     found = {*_compared(tree), *methods_asked(tree), *_unknown_parameters(tree), *_not_called(tree), *_arrays(tree)}
     found |= {*_unawaited(tree), *thrown_away(tree), *whole_values(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
-    found |= {*exchanged_limits(tree), *doubled(tree, skipped)}
+    found |= {*exchanged_limits(tree), *doubled(tree, skipped), *never_equal(tree), *hides_a_property(tree)}
     found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
@@ -295,6 +297,28 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
                     yield asked.lineno, f"`{text}` is a callback, which is always true. Is `self.{near[0]}` meant?"
                 else:
                     yield asked.lineno, f"`{text}` is a callback, which is always true: ask for a value."
+
+
+SPUN = {  # properties of a node that its executor reads, and what makes their parts; each node has services of its own
+    "clients": "create_client",
+    "services": "",
+    "subscriptions": "create_subscription",
+    "timers": "create_timer",
+}
+
+
+def hides_a_property(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    """Yield attributes of a node's class that hide what the executor reads of the node: `services = {}`."""
+    for node in (each for cls in node_classes(tree) for each in cls.body):
+        if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
+            continue
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        for name in (each.id for each in targets if isinstance(each, ast.Name) and each.id in SPUN):
+            is_empty = ast.unparse(node.value) in ("[]", "{}", "()", "set()", "list()", "dict()")
+            if is_empty and SPUN[name] and not next(calls(tree, SPUN[name]), None):
+                continue  # then it hides nothing
+            why = f"`{name}` hides rclpy's own `{name}` of a node, by which the executor finds its {name}"
+            yield node.lineno, f"{why}: choose another name."
 
 
 ARRAY = re.compile(r"sequence<(?:u?int\d+|float|double)(?:, \d+)?>")

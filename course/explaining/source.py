@@ -606,6 +606,51 @@ def called_callback(source: str) -> tuple[str, int] | None:
     return None
 
 
+def value_for_callback(source: str, kind: str) -> tuple[str, int] | None:
+    """Return an attribute of the node that is given as a callback though it holds a value of the type `kind`, such as
+    `bool`, and the line; None unless the class, and the function that gives it, set it to nothing else.
+    """
+    for made in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef)):
+        for function in functions_of(made):
+            for _, given in given_callbacks(function):
+                if name_of(getattr(given, "value", None)) != "self" or not isinstance(given, ast.Attribute):
+                    continue
+                held = _set_to(ast.unparse(given), inside(function)) | _set_to(given.attr, made.body)
+                if held == {kind} and given.attr not in methods(source):
+                    return given.attr, given.lineno
+    return None
+
+
+def _set_to(name: str, nodes: Iterable[ast.AST]) -> set[str]:
+    """Return the types of the values that statements give to a name; '' for one that is not written out."""
+    found = []
+    for node in nodes:
+        if isinstance(node, ast.Assign):
+            found += [value for target, value in assigned(node) if ast.unparse(target) == name]
+        elif isinstance(node, ast.AnnAssign) and node.value and ast.unparse(node.target) == name:
+            found.append(node.value)
+    return {_written_type(value) for value in found}
+
+
+def _written_type(value: ast.expr) -> str:
+    try:
+        return type(ast.literal_eval(value)).__name__
+    except ValueError:
+        return ""
+
+
+def response_for_callback(source: str, kind: str) -> tuple[str, int] | None:
+    """Return a response of an action's server that is given as a callback, `cancel_callback=CancelResponse.ACCEPT`.
+
+    In the form of `value_for_callback`; `kind` is the name of its class.
+    """
+    for node in (each for each in walk(parse(source)) if isinstance(each, ast.keyword)):
+        given = node.value if node.arg in ("cancel_callback", "goal_callback") else None
+        if isinstance(given, ast.Attribute) and name_of(given.value) == kind:
+            return given.attr, given.lineno
+    return None
+
+
 def _makers(tree: ast.AST) -> set[str]:
     """Return the names of the functions that make a function, and may return it."""
     made = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
