@@ -79,13 +79,13 @@ def release(
         raise UsageError("the end is before the due date")
     folders = [_release(nbgrader, course, name, notebooks / name / f"{name}.ipynb") for name in chosen or known]
     ends.change(course, {folder.name: until for folder in folders})
-    known = ends.read(course)
+    in_force = ends.read(course)
     for folder in folders:
         with nbgrader.gradebook as book:
             if due:
                 book.update_or_create_assignment(folder.name, duedate=due.astimezone(UTC).replace(tzinfo=None))
             given = book.find_assignment(folder.name).duedate  # now or in an earlier release
-        dates = {DUE: given and given.replace(tzinfo=UTC), UNTIL: known.get(folder.name)}
+        dates = {DUE: given and given.replace(tzinfo=UTC), UNTIL: in_force.get(folder.name)}
         _note_dates(folder / f"{folder.name}.ipynb", dates)
     return folders
 
