@@ -363,9 +363,9 @@ def collect_command(
     from autograder.collecting.collect import describe as describe_collection
     from autograder.submissions.times import parse_time
 
-    end = _end(into, parse_time(until) if until else None)
-    in_time = parse_time(due) if due else None
-    with alone(sources, into):
+    over, in_time = (parse_time(time) if time else None for time in (until, due))
+    with alone(sources, into):  # also notes whether the folder around INTO is among the sources
+        end = _end(into, over)
         collection = collect(sources, into, of_class(into, roster), in_time, assignment, end)
     print(printable(describe_collection(collection)))
     raise typer.Exit(1 if collection.unplaced else 0)
@@ -676,11 +676,14 @@ def _end(into: Path, until: datetime | None) -> Callable[[str, str], datetime | 
 
     Extensions in that folder move either.
     """
-    if not (into.resolve().parent / "nbgrader_config.py").exists():
+    from autograder.gradebook import course_folder
+
+    course = course_folder.around(into)
+    if not course:
         return lambda student, exercise: until
     from autograder.gradebook import ends, late
 
-    known = ends.read(into.resolve().parent)
+    known = ends.read(course)
     policy = late.LatePolicy(config=late.course_config(into))
 
     def end(student: str, exercise: str) -> datetime | None:

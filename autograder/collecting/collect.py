@@ -12,7 +12,7 @@ import re
 import shutil
 import unicodedata
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -60,9 +60,10 @@ class Collection:
 
 
 @contextlib.contextmanager
-def alone(sources: Iterable[Path], into: Path) -> Iterator[None]:
+def alone(sources: Sequence[Path], into: Path) -> Iterator[None]:
     """Make the folder `into`, and keep other collections out of it meanwhile.
 
+    Notes in it if the folder around it is among the sources: whatever is there may be a student's.
     Raises UsageError when one is writing to it, when it cannot be written, or, before anything is made, for a source
     that does not exist.
     """
@@ -74,6 +75,9 @@ def alone(sources: Iterable[Path], into: Path) -> Iterator[None]:
     except OSError as error:
         raise UsageError(f"cannot write to {into}: {error.strerror}") from None
     try:
+        around = into.resolve().parent
+        if any(source.resolve() in (around, *around.parents) for source in sources):
+            provenance.among_hand_ins(into).touch()
         for beside in ("*", f"{OTHERS}/*/*"):  # what a collection has left that was killed
             for draft in into.glob(f"{beside}/{storage.DRAFT}*"):
                 shutil.rmtree(draft, ignore_errors=True)
@@ -408,8 +412,7 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
             handed_in.notes.append(
                 f"the hand-in collected before, of {_spelled(before)[:60]!a}, has the same folder, and no longer counts"
             )
-            _move_away(target, into, at)
-            return _lay_out(handed_in, into)
+            return _lay_out(handed_in, into, _kept_at(target, into, at))
         if same and at and (handed_in.ahead or KNOWN not in (came.time, before.time)):
             if came.platform and before.upload != came.upload:  # the page goes back to the newer upload
                 provenance.add(into, handed_in.student, handed_in.assignment, replace(came, at=before.at))
@@ -428,15 +431,18 @@ def _place(handed_in: HandedIn, into: Path, due: datetime | None, roster: Roster
             return False
         if before.platform and not came.platform:
             handed_in.notes.append(INSTEAD.format(before.platform))
-        _move_away(target, into, at)
+        return _lay_out(handed_in, into, _kept_at(target, into, at))
     return _lay_out(handed_in, into)
 
 
-def _lay_out(handed_in: HandedIn, into: Path) -> bool:
-    """Lay a hand-in out where nothing is, and return True."""
-    target = into / handed_in.student / handed_in.assignment
+def _lay_out(handed_in: HandedIn, into: Path, former: Path | None = None) -> bool:
+    """Lay a hand-in out, move the one that is there to `former`, and return True.
+
+    If it is stopped between the two steps, the next collection lays the hand-in out again: with the new origin and the
+    old files, it would take it for collected.
+    """
+    _write(handed_in, into / handed_in.student / handed_in.assignment, former)
     provenance.add(into, handed_in.student, handed_in.assignment, handed_in.came)
-    _write(handed_in, target)
     return True
 
 
@@ -470,17 +476,18 @@ def _keep(handed_in: HandedIn, into: Path) -> None:
         _write(handed_in, target)
 
 
-def _move_away(target: Path, into: Path, at: datetime | None) -> None:
+def _kept_at(target: Path, into: Path, at: datetime | None) -> Path:
+    """Return where the hand-in that is laid out is kept when another one replaces it."""
     folder = into / OTHERS / target.parent.name / target.name
     folder.mkdir(parents=True, exist_ok=True)
     stem = f"{at:%Y%m%dT%H%M%SZ}" if at else "no-time"
     number = next(number for number in range(10_000) if not (folder / f"{stem}-{number}").exists())
-    target.rename(folder / f"{stem}-{number}")
+    return folder / f"{stem}-{number}"
 
 
-def _write(handed_in: HandedIn, target: Path) -> None:
-    """Write a hand-in's folder, whole or not at all."""
-    with storage.folder(target) as draft:
+def _write(handed_in: HandedIn, target: Path, former: Path | None = None) -> None:
+    """Write a hand-in's folder, whole or not at all; what is there is moved to `former`."""
+    with storage.folder(target, former=former) as draft:
         for name, content in handed_in.files.items():
             (draft / name).write_bytes(content)
         if handed_in.came.time == KNOWN:

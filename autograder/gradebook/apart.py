@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from autograder.errors import UsageError
+from autograder.gradebook.course_folder import CONFIGURATION, GRADEBOOK
 from autograder.paths import repository
 from autograder.results.output import ASKED, DETAILS, HISTORY, RESULTS
 from course.foundation.untrusted import read_regular
 from course.notebook.stubs import RELEASED
 
 STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
-CONFIGURATION, GRADEBOOK = "nbgrader_config.py", "gradebook.db"
 OF_GRADINGS = (RESULTS, DETAILS, HISTORY, ASKED, GRADEBOOK)  # the grader's own files
 SOLVED = b"BEGIN SOLUTION"
 OTHERS = (".venv", ".git", "node_modules")  # folders in which nobody looks for an exercise

@@ -9,7 +9,7 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import database, late, written
+from autograder.gradebook import course_folder, database, late, written
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
@@ -22,8 +22,8 @@ SQLITE = "sqlite:///"
 def default_url(submitted: Path, out: Path) -> str:
     """Return the URL of the gradebook of the submissions' nbgrader course, or else of one in `out`."""
     course = submitted.resolve().parent
-    inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
-    return f"{SQLITE}{(course if inside else out.resolve()) / 'gradebook.db'}"
+    place = course if course_folder.has_gradebook(submitted) else out.resolve()
+    return f"{SQLITE}{place / course_folder.GRADEBOOK}"
 
 
 def existing_url(url: str | None, submitted: Path, out: Path) -> str:

@@ -25,7 +25,7 @@ from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from autograder.errors import UnknownTime, UsageError
-from autograder.gradebook import extensions
+from autograder.gradebook import course_folder, extensions
 from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
@@ -152,13 +152,13 @@ def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datet
 def course_config(submitted: Path) -> Config | None:
     """Return the configuration of the nbgrader course that contains a folder of submissions; None if there is none.
 
-    Raises UsageError when it cannot be loaded, or sets an invalid value.
+    It is run as `course_folder.around` says.  Raises UsageError when it cannot be loaded, or sets an invalid value.
     """
-    folder = submitted.resolve().parent
-    if not (folder / "nbgrader_config.py").exists():
+    folder = course_folder.around(submitted)
+    if not folder:
         return None
     try:
-        config = PyFileConfigLoader("nbgrader_config.py", path=str(folder)).load_config()
+        config = PyFileConfigLoader(course_folder.CONFIGURATION, path=str(folder)).load_config()
         LatePolicy(config=config)  # reports a mistake before anything is graded
         extensions.read(folder)
     except TraitError as error:

@@ -17,7 +17,7 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
-from autograder.gradebook import apart, ends
+from autograder.gradebook import apart, course_folder, ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
@@ -100,7 +100,7 @@ def _note_dates(notebook: Path, dates: dict[str, datetime | None]) -> None:
 
 def set_up(course: Path) -> None:
     """Make nbgrader's course folder, unless it exists."""
-    config = course / "nbgrader_config.py"
+    config = course / course_folder.CONFIGURATION
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():
         config.write_text(COURSE_FILE, encoding="utf-8")
@@ -167,7 +167,8 @@ def api(course: Path) -> "NbGraderAPI":
     nbgraders_log = get_logger()
     if isinstance(nbgraders_log, logging.Logger):
         nbgraders_log.propagate = False
-    config = PyFileConfigLoader("nbgrader_config.py", path=str(course)).load_config()
+    course_folder.expect_own(course)
+    config = PyFileConfigLoader(course_folder.CONFIGURATION, path=str(course)).load_config()
     config.CourseDirectory.root = str(course.resolve())
     return NbGraderAPI(config=config)
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from course.foundation import storage
 
 ORIGINS = ".origins"
+AMONG = ".among-hand-ins"  # in ORIGINS, if the folder around the submissions is one that they were collected from
 
 # The ways in which the time of a hand-in is known.
 KNOWN = "known"  # from its receipt or nbgrader: it is in `timestamp.txt`
@@ -65,6 +66,11 @@ def read(submitted: Path, student: str, assignment: str) -> list[Source]:
 def people(came: list[Source]) -> list[str]:
     """Return the numbers of those whose hand-ins came from the same platform as the last one."""
     return sorted({source.user for source in came if source.platform == came[-1].platform}) if came else []
+
+
+def among_hand_ins(submitted: Path) -> Path:
+    """Return the file that notes that the folder around `submitted` has hand-ins, and may have students' files."""
+    return submitted / ORIGINS / AMONG
 
 
 def _path(submitted: Path, student: str, assignment: str) -> Path:

@@ -1,6 +1,7 @@
 """Replacing a file or a folder: a reader finds either the old content or the new, a file's even after a power cut."""
 
 import contextlib
+import ctypes
 import errno
 import os
 import re
@@ -11,10 +12,14 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-DRAFT = ".part-"  # how the name of a folder begins that is being filled
+DRAFT, FORMER = ".part-", ".former-"  # how the name of a folder begins that is being filled, or replaced
 PRIVATE, PRIVATE_FOLDER = 0o600, 0o700  # modes for this user only
 MOST_LINKS = 40  # that lead to one another, as in Linux
 OF_ONE_FILE = re.compile(r"\[Errno \d+\] (.+?)(: '.*' -> '.*')?", re.DOTALL)  # the text of an OSError
+
+AT_FDCWD, RENAME_EXCHANGE = -100, 2  # renameat2(2)
+CANNOT_EXCHANGE = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)  # what a file system says that has no RENAME_EXCHANGE
+_libc = ctypes.CDLL(None, use_errno=True)
 
 
 def draft_of(path: Path) -> Path:
@@ -38,28 +43,51 @@ def replace(path: Path, content: bytes | Iterable[bytes], mode: int = 0o666) -> 
 
 
 @contextlib.contextmanager
-def folder(target: Path, mode: int = 0o777) -> Iterator[Path]:
+def folder(target: Path, mode: int = 0o777, former: Path | None = None) -> Iterator[Path]:
     """Yield an empty folder beside `target` to be filled; at the end of the block it takes the place of `target`.
 
-    If the block raises an error, or the folder cannot take that place (OSError), nothing has changed.
+    What was there, a folder, is removed; with `former`, a new path on the same file system, it is kept there, whatever
+    it is.  If the block raises an error, or the folder cannot take that place (OSError), nothing has changed.  Whenever
+    it is stopped, `target` is the old folder or the new one, and with `former` the old one is there or at `target`.
     """
     target.parent.mkdir(parents=True, exist_ok=True)
-    draft, former = (target.with_name(f"{kind}{secrets.token_hex(8)}") for kind in (DRAFT, ".former-"))
+    draft = target.with_name(f"{DRAFT}{secrets.token_hex(8)}")
     try:
         draft.mkdir(mode)
+        filled = draft.stat()
         yield draft
-        if target.is_dir() and not target.is_symlink():
-            target.rename(former)
-        try:
+        if former and os.path.lexists(target):
+            try:
+                draft.rename(former)  # under its last name before the exchange, after which nothing may be left to do
+                _exchange(former, target)
+            except BaseException:
+                if os.path.lexists(former) and os.path.samestat(former.lstat(), filled):
+                    former.rename(draft)  # not exchanged
+                raise
+        elif target.is_dir() and not target.is_symlink():
+            _exchange(draft, target)
+        else:
             draft.rename(target)
-        except OSError:
-            if former.exists():
-                former.rename(target)
-            raise
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)  # the old folder, or the new one: frees the space on a full disk
+
+
+def _exchange(one: Path, other: Path) -> None:
+    """Let two paths of one file system change places: at once, where the file system can.  Raises OSError."""
+    if not _libc.renameat2(AT_FDCWD, os.fsencode(one), AT_FDCWD, os.fsencode(other), RENAME_EXCHANGE):
+        return
+    number = ctypes.get_errno()
+    if number not in CANNOT_EXCHANGE:
+        raise OSError(number, os.strerror(number), str(other))
+    aside = other.with_name(f"{FORMER}{secrets.token_hex(8)}")
+    try:
+        other.rename(aside)
+        one.rename(other)
+        aside.rename(one)
     except BaseException:
-        shutil.rmtree(draft, ignore_errors=True)  # frees the space on a full disk
+        if os.path.lexists(aside):
+            aside.rename(one if os.path.lexists(other) else other)
         raise
-    shutil.rmtree(former, ignore_errors=True)
 
 
 def why(error: OSError) -> str:

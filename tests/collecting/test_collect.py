@@ -1,20 +1,27 @@
 """`autograder collect`: whatever form hand-ins come in, each is laid out for its student, and nothing is lost."""
 
+import ctypes
 import io
+import itertools
 import json
 import os
 import shutil
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from datetime import UTC, datetime
+from errno import EINVAL
+from functools import partial
 from pathlib import Path, PurePosixPath
+from types import SimpleNamespace
 
 import pytest
 
 from autograder.collecting.collect import alone, collect, describe
 from autograder.errors import UsageError
 from autograder.platforms import origin
+from autograder.submissions import provenance
 from autograder.submissions.roster import LONGEST, Roster, read_rosters
 from autograder.submissions.times import parse_time
 from course.foundation import storage
@@ -543,6 +550,101 @@ def test_a_full_disk_leaves_what_was_there(tmp_path, monkeypatch):
         collect([new], tmp_path / "out")
     monkeypatch.undo()
     assert laid_out(tmp_path / "out") == before
+
+
+STEPS = ((storage, "_exchange"), (Path, "rename"), (os, "replace"))  # with which folders and files take their places
+
+
+def stopped_at(monkeypatch, step: int, done: bool, stop: Callable[[], object]) -> None:
+    """Let the `step`-th of STEPS stop the program, before it or when it is `done`."""
+    count = iter(range(step, -1, -1))
+
+    def stopping(act: Callable[..., object]) -> Callable[..., object]:
+        def step(*args: object) -> object:
+            last = next(count, None) == 0
+            if last and not done:
+                stop()
+            result = act(*args)
+            if last:
+                stop()
+            return result
+
+        return step
+
+    for owner, name in STEPS:
+        monkeypatch.setattr(owner, name, stopping(getattr(owner, name)))
+
+
+@pytest.mark.parametrize("done", [False, True], ids=["before", "after"])
+@pytest.mark.parametrize("how", ["at once", "one after the other", "killed"])
+@pytest.mark.parametrize("platform", [False, True], ids=["archives", "canvas"])
+def test_whenever_a_collection_is_stopped_each_student_has_the_old_hand_in_or_the_new(
+    tmp_path, monkeypatch, how, done, platform
+):
+    """Also where a file system cannot exchange two folders; and the next collection completes it."""
+    new = FILES | {"relay.py": b"new"}
+    if platform:
+        old_source = archive(tmp_path / "old.zip", {"ada_1_11_relay.py": FILES["relay.py"]}, EARLY)
+        new_source = archive(tmp_path / "new.zip", {"ada_1_12_relay.py": b"new"})
+    else:
+        old_source = handed_in(tmp_path / "old", at=EARLY)
+        new_source = handed_in(tmp_path / "new", at=LATER, files=new)
+    if how == "one after the other":
+        monkeypatch.setattr(storage, "_libc", SimpleNamespace(renameat2=lambda *args: ctypes.set_errno(EINVAL) or -1))
+    for step in itertools.count():
+        out = tmp_path / f"out{step}"
+        collect([old_source], out)
+        before = content(out / "ada/services")
+        with monkeypatch.context() as patched:
+            stop = killed_while if how == "killed" else interrupted_in
+            stopped = stop(partial(collect, [new_source], out), patched, step, done)
+        there = content(out / "ada/services")
+        if there != before:
+            assert there["relay.py"] == b"new" and there.keys() == before.keys()
+            assert FILES["relay.py"] in laid_out(out).values()
+        assert how == "killed" or counted(out) == {"ada/services"}
+        with alone([new_source], out):
+            collect([new_source], out)
+        after = laid_out(out)
+        assert counted(out) == {"ada/services"} and after["ada/services/relay.py"] == b"new"
+        assert FILES["relay.py"] in after.values()
+        assert provenance.read(out, "ada", "services")[-1].upload == (12 if platform else 0)
+        if not stopped:
+            break
+    assert step >= 3
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def interrupted_in(act: Callable[[], object], monkeypatch, step: int, done: bool) -> bool:
+    """Return True if Ctrl-C has stopped this at this step."""
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    stopped_at(monkeypatch, step, done, interrupt)
+    try:
+        act()
+    except KeyboardInterrupt:
+        return True
+    return False
+
+
+def killed_while(act: Callable[[], object], monkeypatch, step: int, done: bool) -> bool:
+    """Return True if a process that does this was stopped at this step, without any clearing up."""
+    child = os.fork()
+    if not child:
+        try:
+            stopped_at(monkeypatch, step, done, lambda: os._exit(1))
+            act()
+            os._exit(0)
+        finally:
+            os._exit(2)
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    assert code in (0, 1)
+    return code == 1
 
 
 def test_what_a_killed_collection_leaves_is_cleared_away_and_nothing_else(tmp_path):

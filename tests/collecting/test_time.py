@@ -28,7 +28,7 @@ DUE = parse_time("2026-11-02 23:59 UTC")  # between EARLY and LATER
 def submitted(tmp_path):
     """A course in which a day costs ten percent, and what was downloaded from Canvas a day after the due date."""
     course = tmp_path / "course"
-    course.mkdir()
+    (course / "source").mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(COURSE_FILE + "c.LatePolicy.percent_per_day = 10\n")
     receipt = handed_in(tmp_path / "one", "x").read_bytes()
     late_receipt = handed_in(tmp_path / "two", "y", at=LATER).read_bytes()
@@ -147,7 +147,7 @@ def test_after_the_end_a_hand_in_is_listed_unless_its_student_has_an_extension(t
     assert {path.name for path in (tmp_path / "out").glob("[!.]*")} == {"zoe"}
 
     course = tmp_path / "course"
-    course.mkdir()
+    (course / "source").mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(COURSE_FILE)
     ends.change(course, {"services": DUE})
     extensions.change(course, ["bob"], None, 1.0)

@@ -13,6 +13,7 @@ from autograder.gradebook.release import COURSE_FILE
 @pytest.fixture
 def course(tmp_path) -> Path:
     """A course folder with the configuration that `autograder release` writes, and a line of its own."""
+    (tmp_path / "source").mkdir()
     (tmp_path / "nbgrader_config.py").write_text(COURSE_FILE + "c.LatePolicy.percent_per_day = 10\n")
     return tmp_path
 

@@ -34,6 +34,7 @@ def test_it_is_an_installation_of_its_own(installed):
 @pytest.mark.matrix  # the tests below begin each of its parts
 def test_it_grades_a_course_folder(installed, tmp_path):
     """As a batch: workers of Dask, page templates, the gradebook and the course's own configuration are all found."""
+    (tmp_path / "source").mkdir()
     (tmp_path / "nbgrader_config.py").write_text(COURSE_FILE)
     shutil.copytree(ROOT / "solutions" / "services", tmp_path / "submitted" / "ada" / "services")
     (tmp_path / "submitted/ada/services/relay.py").write_text("def main(:\n")  # it ends at once

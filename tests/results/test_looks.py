@@ -178,6 +178,7 @@ def test_an_extension_counts_in_the_report_as_in_penalties(out):
     url, submitted = f"sqlite:///{out / 'gradebook.db'}", out.parent / "submitted"
     late = {("bob", "calculator"): 3 * 3600.0}
     assert lateness(url, submitted) == late  # outside of a course there are no extensions
+    (out.parent / "source").mkdir()
     (out.parent / "nbgrader_config.py").write_text(release.COURSE_FILE)
     assert lateness(url, submitted) == late
     extensions.change(out.parent, ["bob"], None, 0.1)

@@ -136,7 +136,7 @@ def test_one_form_for_all_names_those_who_did_not_come_that_way(submitted, tmp_p
 
 def test_marks_by_hand_and_lateness_are_in_what_is_returned(tmp_path):
     course = tmp_path / "course"
-    course.mkdir()
+    (course / "source").mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(COURSE_FILE + "c.LatePolicy.percent_per_day = 10\n")
     submitted = course / "submitted"
     collect([handed_in(tmp_path / "in", "ada", at=LATER)], submitted)
