@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -165,13 +165,20 @@ def grade(
     zero = without_notebook == Unanswered.ZERO
     with output.Output(out, resume) as results, contextlib.ExitStack() as opened:
         results.asks(found)
-        seeds = batch.draw(results.left(found), seed)
+        before = output.bases(out, lost=True)
+        elsewhere = batch.of_other_folders(before, submitted, results.done.keys() & {*found})
+        other = {key for key, basis in elsewhere.items() if basis.is_replaced(key)}
+        left = {*results.left(found), *other}
+        results.move({key: basis for key, basis in elsewhere.items() if key not in left})
+        _tell_of_other_folders(out, submitted, before, other)
+        seeds = batch.draw([key for key in found if key in left], seed)
         if seeds:
             pool = opened.enter_context(batch.workers(jobs, scheduler, patience, unsafe))
             graded = batch.run(pool, submitted, seeds)  # while the gradebook opens, which takes seconds
         book = opened.enter_context(_gradebook(no_gradebook, gradebook, submitted, out, known, zero))
-        for report in results.done.values():
-            book.write(report)
+        for key, report in results.done.items():
+            if key not in seeds:
+                book.write(report)
         if seeds:
             with progress.shown(len(seeds)) as show_progress:
                 for report, origin in graded:
@@ -694,6 +701,21 @@ def _tell_of_a_copy(out: Path, bases: Mapping[tuple[str, str], output.Basis]) ->
         if Path(place).parent != around and own.is_dir():
             told = f"LOOK: {out} was graded from {place}, with the gradebook there; {own} is ignored"
             print(printable(f"{told}: was the course's folder copied or moved?"), file=sys.stderr)
+
+
+def _tell_of_other_folders(
+    out: Path, submitted: Path, bases: Mapping[tuple[str, str], output.Basis], other: Collection[tuple[str, str]]
+) -> None:
+    """Print a line if `out` has results from other folders than `submitted`, and name what has `other` files there."""
+    here = str(submitted.resolve())
+    if places := sorted({basis.submitted for basis in bases.values()} - {here}):
+        told = f"LOOK: {out} has results from {', '.join(places)}, and now {here} is graded into it"
+        if other:
+            names = ", ".join(map("/".join, sorted(other)))
+            told += f". Graded again, because other files are there: {names} (old results: {out / output.HISTORY})"
+        print(
+            printable(one_line(f"{told}. For another class, give another --output: students may have the same names."))
+        )
 
 
 def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:
