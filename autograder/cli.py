@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -20,7 +20,7 @@ from autograder.errors import InfrastructureError, SandboxUnavailable, UsageErro
 from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results import output, progress, summary
+from autograder.results import output, progress, summary, targets
 from autograder.results.looks import REPLACED, Known, looks
 from autograder.results.text import PRINTED, describe, one_line, printable, quoted
 from autograder.sandbox.sandbox import choose
@@ -267,7 +267,7 @@ def report_command(
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    _check_target(target)
+    _check_target(target, [out], roster or [])
     known = _circumstances(out, reports, _roster_of(out, roster), gradebook)
     summary.write(list(reports.values()), target, out, known)
     for look in looks(reports.values(), known):
@@ -308,7 +308,7 @@ def similar(
     from autograder.similarity import find, presenting
 
     if html:
-        _check_target(html)
+        _check_target(html, [folder, *(earlier or [])])
     findings = find(folder, assignment, top, earlier or [])
     if html:
         presenting.write(findings, html)
@@ -446,6 +446,7 @@ def export_command(
     bases = output.bases(out, lost=True)
     _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
+    _check_target(to, [out], roster or [])
     replaced = [key for key, basis in bases.items() if basis.is_replaced(key)]
     names = [assignment] if assignment else []
     wish = Wish(form.value, to, automatic, missing_is_zero, from_canvas, user, names, student or [], replaced)
@@ -622,9 +623,14 @@ def _fail(message: str, code: int = USAGE) -> NoReturn:
     raise SystemExit(code)
 
 
-def _check_target(named: Path) -> None:
-    """Raise UsageError for what is not a file to write to, before the work begins."""
-    if why := storage.refused(named):
+def _check_target(named: Path, folders: Iterable[Path], files: Iterable[str | Path] = ()) -> None:
+    """Raise UsageError for what is not a file to write to, before the work begins.
+
+    Nor are the files of the `folders`, which are outputs of `grade` or submissions, nor those in `files`.
+    """
+    outs = [folder for folder in folders if (folder / output.RESULTS).is_file()]
+    submitted = {Path(basis.submitted) for out in outs for basis in output.bases(out, lost=True).values()}
+    if why := targets.refused(named, outs, [*submitted, *(each for each in folders if each not in outs)], files):
         raise UsageError(f"cannot write to {named}: {why}")
 
 

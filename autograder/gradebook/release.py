@@ -20,6 +20,7 @@ from autograder.errors import Leak, UsageError
 from autograder.gradebook import ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
+from autograder.results.targets import STEPS
 from autograder.submissions import exercises
 from course.foundation import storage
 from course.hand_in import DUE, NOTED, UNTIL
@@ -33,7 +34,6 @@ log = logging.getLogger(__name__)
 START_PAGE = "index.ipynb"
 PICTURE = "jupyterlab.png"  # in the students' README
 DEVCONTAINER = "devcontainer.json"
-STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
 # Files in environment/ that students do not get, or get in another place.
 DEVELOPERS = ["check", "classroom", "lab-build", "lock", "proxy", "site", "test", DEVCONTAINER]
 PROJECT = ("[build-system]", "[project", "[tool.setuptools")  # the sections of pyproject.toml for students
