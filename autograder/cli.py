@@ -267,7 +267,7 @@ def report_command(
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    _check_target(target, [out], roster or [])
+    _check_target(target, [out], roster, gradebook)
     known = _circumstances(out, reports, _roster_of(out, roster), gradebook)
     summary.write(list(reports.values()), target, out, known)
     for look in looks(reports.values(), known):
@@ -446,7 +446,7 @@ def export_command(
     bases = output.bases(out, lost=True)
     _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
-    _check_target(to, [out], roster or [])
+    _check_target(to, [out], roster, gradebook)
     replaced = [key for key, basis in bases.items() if basis.is_replaced(key)]
     names = [assignment] if assignment else []
     wish = Wish(form.value, to, automatic, missing_is_zero, from_canvas, user, names, student or [], replaced)
@@ -623,11 +623,18 @@ def _fail(message: str, code: int = USAGE) -> NoReturn:
     raise SystemExit(code)
 
 
-def _check_target(named: Path, folders: Iterable[Path], files: Iterable[str | Path] = ()) -> None:
+def _check_target(
+    named: Path, folders: Iterable[Path], roster: Iterable[Path] | None = None, gradebook: str | None = None
+) -> None:
     """Raise UsageError for what is not a file to write to, before the work begins.
 
-    Nor are the files of the `folders`, which are outputs of `grade` or submissions, nor those in `files`.
+    Nor are the files of the `folders`, which are outputs of `grade` or submissions, nor the roster and the gradebook.
     """
+    files = [*(roster or [])]
+    if gradebook:
+        from autograder.gradebook import address
+
+        files += [file] if (file := address.file(gradebook)) else []
     outs = [folder for folder in folders if (folder / output.RESULTS).is_file()]
     submitted = {Path(basis.submitted) for out in outs for basis in output.bases(out, lost=True).values()}
     if why := targets.refused(named, outs, [*submitted, *(each for each in folders if each not in outs)], files):

@@ -9,21 +9,19 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import database, late, written
+from autograder.gradebook import address, database, late, written
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
 from autograder.submissions.roster import Roster
 from course.returned.record import Mark
 
-SQLITE = "sqlite:///"
-
 
 def default_url(submitted: Path, out: Path) -> str:
     """Return the URL of the gradebook of the submissions' nbgrader course, or else of one in `out`."""
     course = submitted.resolve().parent
     inside = any((course / name).exists() for name in ("nbgrader_config.py", "gradebook.db"))
-    return f"{SQLITE}{(course if inside else out.resolve()) / 'gradebook.db'}"
+    return address.url((course if inside else out.resolve()) / "gradebook.db")
 
 
 def existing_url(url: str | None, submitted: Path, out: Path) -> str:
@@ -32,8 +30,8 @@ def existing_url(url: str | None, submitted: Path, out: Path) -> str:
     nbgrader itself would create an empty one.
     """
     found = url or default_url(submitted, out)
-    if found.startswith(SQLITE) and not Path(found.removeprefix(SQLITE)).exists():
-        raise UsageError(f"there is no gradebook {found}")
+    if (file := address.file(found)) and not file.exists():
+        raise UsageError(f"there is no gradebook {file}")
     return found
 
 

@@ -121,7 +121,7 @@ class Exporter(ExportPlugin):
     def export(self, gradebook: Gradebook) -> None:
         """Write the file; nbgrader calls this.  A mistake that the instructor can fix is one line and exit status 1."""
         target = Path(self.to or self.default_name)
-        if why := targets.refused(target, [], [self._submitted()], [gradebook.engine.url.database or ""]):
+        if why := targets.refused(target, [], [self._submitted()], [Path(gradebook.engine.url.database or "")]):
             raise SystemExit(f"autograder: cannot write to {target}: {why}")
         try:
             rows = self.rows(self._grades(gradebook))

@@ -17,9 +17,7 @@ PAGES = ("feedback", "regrade")  # in an output folder
 NEEDED = "the course or its results would be damaged: name another file"
 
 
-def refused(
-    named: Path, outs: Iterable[Path] = (), submitted: Iterable[Path] = (), files: Iterable[str | Path] = ()
-) -> str:
+def refused(named: Path, outs: Iterable[Path] = (), submitted: Iterable[Path] = (), files: Iterable[Path] = ()) -> str:
     """Return why the file that a person has named must not be written, as a line; '' if it may.
 
     `outs` are output folders, `submitted` folders of submissions, and `files` further files that must stay.
@@ -54,7 +52,7 @@ def _is_course(folder: Path) -> bool:
     return any((folder / name).exists() for name in COURSE[:2])
 
 
-def _same(one: Path, other: str | Path) -> bool:
+def _same(one: Path, other: Path) -> bool:
     """Return True if both exist and are the same file or folder, by whatever name."""
     with contextlib.suppress(OSError, ValueError):
         return os.path.samefile(one, other)

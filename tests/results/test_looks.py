@@ -277,6 +277,7 @@ KEPT = [
     "gradebook.db",
     "source/calculator/new.csv",
     "roster.csv",
+    "given.db",
 ]
 
 
@@ -289,7 +290,7 @@ def test_the_files_of_the_course_and_its_results_are_never_written_over(
 
     def run(target: Path) -> tuple[int, str]:
         options = ["--roster", str(tmp_path / "roster.csv")] if command != "similar" else []
-        options += ["--gradebook", f"sqlite:///{tmp_path / 'out' / 'gradebook.db'}"] if command != "similar" else []
+        options += ["--gradebook", f"sqlite:///{tmp_path / 'given.db'}"] if command != "similar" else []
         monkeypatch.setattr(sys, "argv", ["autograder", command, str(out), *options, *WRITING[command], str(target)])
         with pytest.raises(SystemExit) as ended:
             cli.main()
@@ -300,10 +301,13 @@ def test_the_files_of_the_course_and_its_results_are_never_written_over(
     (tmp_path / "submitted" / ".roster.csv").write_text("student\nada\nbob\ncy\n")
     (tmp_path / "nbgrader_config.py").write_text(release.COURSE_FILE)
     (tmp_path / "gradebook.db").touch()
+    shutil.copy(out / "gradebook.db", tmp_path / "given.db")
     (out / "feedback").mkdir(exist_ok=True)
     for number, name in enumerate(KEPT):
         kept = target = tmp_path / name
-        if (command == "similar" and name == "roster.csv") or (way == "another name" and not kept.exists()):
+        if (command == "similar" and name in ("roster.csv", "given.db")) or (
+            way == "another name" and not kept.exists()
+        ):
             continue
         before = kept.read_bytes() if kept.exists() else None
         if way == "a link":
