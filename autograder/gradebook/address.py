@@ -36,7 +36,5 @@ def expect_usable(course: Path) -> None:
     """
     path = str(course.resolve())
     if make_url(f"{SQLITE}{path}").database != path:
-        raise UsageError(
-            f"{path} cannot be nbgrader's course folder: "
-            "with ? or % in its path, nbgrader puts the gradebook elsewhere. Rename the folder, or the one above it that has such a name"
-        )
+        why = "with ? or % in its path, nbgrader puts the gradebook elsewhere. Rename the folder that has such a name"
+        raise UsageError(f"{path} cannot be nbgrader's course folder: {why}")

@@ -52,7 +52,7 @@ class Scores:
     submission without a notebook they count 0 if `unanswered_is_zero`; otherwise they wait for a mark, too, and the
     student is listed in `unanswered`.  A mark that was given counts, with a notebook or without; if the text of the
     answer is another one than was marked, it waits for a mark again, and the student is listed in `rewritten`; in
-    `withdrawn` if the notebook that was marked is no longer handed in.
+    `withdrawn` if the notebook that was marked is no longer handed in.  Nobody is listed whose folder is gone.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
@@ -111,21 +111,22 @@ class Scores:
             grade.auto_score = points
         if self._submitted:
             handed_in = self._submitted / student / name
-            self._questions(notebook, reading.has_notebook(handed_in, name))
-        if handed_in:
+            self._questions(notebook, handed_in)
+        if handed_in and handed_in.exists():
             self._rewritten(notebook, handed_in)
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
 
-    def _questions(self, notebook: SubmittedNotebook, handed_in: bool) -> None:
+    def _questions(self, notebook: SubmittedNotebook, handed_in: Path) -> None:
         """Flag the questions that no test judges for manual grading; without a notebook they may count 0."""
+        answered = reading.has_notebook(handed_in, notebook.assignment.name)
         tested = load(notebook.assignment.name).cells.keys()
         questions = [grade for grade in notebook.grades if grade.name not in tested and grade.manual_score is None]
         for grade in questions:
-            grade.auto_score = None if handed_in or not self._zero else 0.0
+            grade.auto_score = None if answered or not self._zero else 0.0
             grade.needs_manual_grade = grade.auto_score is None
-        if questions and not handed_in and not self._zero:
+        if questions and handed_in.exists() and not answered and not self._zero:
             self.unanswered.setdefault(notebook.assignment.name, []).append(notebook.student.id)
 
     def _rewritten(self, notebook: SubmittedNotebook, handed_in: Path) -> None:

@@ -483,6 +483,25 @@ def test_who_has_points_by_hand_and_no_notebook_any_more_is_named(course, enter)
     assert said not in enter(course).splitlines()  # no points for it
 
 
+@pytest.mark.parametrize("mark", [None, 4], ids=["unmarked", "marked"])
+def test_of_a_student_whose_folder_is_gone_no_hand_in_without_a_notebook_is_told(course, mark):
+    """Who has left the class has handed in nothing again, and the points stay."""
+    answered(course, "ada", "A")
+    for name in exercises.load("calculator").files:
+        path = course / "submitted" / "ada" / "calculator" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("print()")
+    passed(course / "submitted", "ada")
+    grade(course)
+    if mark:
+        marked(course, QUESTION, mark)
+    shutil.rmtree(course / "submitted" / "ada")
+    said = [line for line in grade(course).splitlines() if "without a notebook" in line]
+    assert len(said) == 1 and said[0].endswith(": bob.")
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        assert book.find_grade(QUESTION, "calculator", "calculator", "ada").score == (mark or 0)
+
+
 def test_a_mark_for_an_answer_that_came_by_mail_is_no_news(course):
     (course / "submitted" / "ada" / "calculator" / "calculator.ipynb").unlink()
     grade(course)
