@@ -438,7 +438,7 @@ def export_command(
     gradebook: GradebookUrl = None,
 ) -> None:
     """Write the grades for Canvas or Moodle, or as a table; list missing marks and missing hand-ins."""
-    from autograder.gradebook.book import existing_url
+    from autograder.gradebook.book import differing, existing_url
     from autograder.gradebook.exporting import Wish, export
 
     if user not in (None, *platforms.MOODLE.columns):
@@ -450,7 +450,8 @@ def export_command(
     replaced = [key for key, basis in bases.items() if basis.is_replaced(key)]
     names = [assignment] if assignment else []
     wish = Wish(form.value, to, automatic, missing_is_zero, from_canvas, user, names, student or [], replaced)
-    export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
+    url = existing_url(gradebook, submitted, out)
+    export(wish, url, submitted, _roster_of(out, roster))
     exported = {
         key: report
         for key, report in sorted(output.read_results(out).items())
@@ -458,9 +459,19 @@ def export_command(
     }
     bases = {key: basis for key, basis in bases.items() if key in exported}
     gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
+    comparable = [
+        report
+        for key, report in exported.items()
+        if report.status != INFRASTRUCTURE_ERROR
+        and key in bases
+        and key[1] in exercises.names()
+        and batch.is_of_present_suite(bases[key], key)
+    ]
+    others = f"the gradebook has other points of the hidden tests than {out}, and the file has those of the gradebook"
     for why, keys in (
         (REPLACED, [key for key in replaced if key in exported]),
         ("graded, but their folder no longer exists (was it renamed?)", gone),
+        (f"{others} (`autograder grade` with --resume enters those of {out})", differing(url, comparable)),
     ):
         if keys:
             print(printable(one_line(f"LOOK: {why}: {', '.join('/'.join(key) for key in sorted(keys))}")))

@@ -1,6 +1,9 @@
 """The scores in nbgrader's gradebook: the points of the hidden tests, summed for each of the notebook's grade cells."""
 
+import contextlib
+import math
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -162,6 +165,26 @@ def lateness(url: str, submitted: Path) -> dict[tuple[str, str], float]:
             for one in assignment.submissions
         }
     return {key: seconds for key, seconds in found.items() if seconds}
+
+
+def differing(url: str, reports: Iterable[Report]) -> list[tuple[str, str]]:
+    """Return the students and exercises for which the gradebook has other points of the tests than the report.
+
+    The reports are of the present suites.  What is not in the gradebook, or has no points there, is left out.
+    """
+    found = []
+    with Gradebook(url) as book:
+        for report in reports:
+            name, student = report.assignment, report.student
+            entered: dict[str, float | None] = {}
+            with contextlib.suppress(MissingEntry):
+                notebook = book.find_submission_notebook(name, name, student)
+                entered = {grade.name: grade.auto_score for grade in notebook.grades}
+            for cell, points in _by_cell(report).items():
+                if (known := entered.get(cell)) is not None and not math.isclose(known, points, abs_tol=1e-6):
+                    found.append((student, name))
+                    break
+    return found
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:

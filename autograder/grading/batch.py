@@ -86,7 +86,12 @@ def of_other_folders(
 
 def outdated(basis: Basis, key: tuple[str, str]) -> bool:
     """Return True if the suite or the handed-in files have changed since a result; missing files count as unchanged."""
-    return basis.suite != exercises.pack(key[1]).digest or basis.is_replaced(key)
+    return not is_of_present_suite(basis, key) or basis.is_replaced(key)
+
+
+def is_of_present_suite(basis: Basis, key: tuple[str, str]) -> bool:
+    """Return True if the exercise of a result has not changed since."""
+    return basis.suite == exercises.pack(key[1]).digest
 
 
 def current(basis: Basis, key: tuple[str, str]) -> Basis:
