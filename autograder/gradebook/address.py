@@ -16,7 +16,7 @@ def url(file: Path) -> str:
 
 
 def parsed(given: str) -> URL:
-    """Return the parts of a URL that a person has given; raises UsageError if it is none."""
+    """Return the parts of a URL that a person has given; raises UsageError for any other text."""
     try:
         return make_url(given)
     except ArgumentError:

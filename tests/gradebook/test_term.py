@@ -485,7 +485,7 @@ def test_who_has_points_by_hand_and_no_notebook_any_more_is_named(course, enter)
 
 @pytest.mark.parametrize("mark", [None, 4], ids=["unmarked", "marked"])
 def test_of_a_student_whose_folder_is_gone_no_hand_in_without_a_notebook_is_told(course, mark):
-    """Who has left the class has handed in nothing again, and the points stay."""
+    """A student who has left has handed in nothing again, and the points stay."""
     answered(course, "ada", "A")
     for name in exercises.load("calculator").files:
         path = course / "submitted" / "ada" / "calculator" / name
