@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -20,7 +20,7 @@ from autograder.errors import InfrastructureError, SandboxUnavailable, UsageErro
 from autograder.grading import batch, regrade, single
 from autograder.paths import repository
 from autograder.records import INFRASTRUCTURE_ERROR, Report
-from autograder.results import output, progress, summary
+from autograder.results import output, progress, summary, targets
 from autograder.results.looks import REPLACED, Known, looks
 from autograder.results.text import PRINTED, describe, one_line, printable, quoted
 from autograder.sandbox.sandbox import choose
@@ -168,13 +168,20 @@ def grade(
     zero = without_notebook == Unanswered.ZERO
     with output.Output(out, resume) as results, contextlib.ExitStack() as opened:
         results.asks(found)
-        seeds = batch.draw(results.left(found), seed)
+        before = output.bases(out, lost=True)
+        elsewhere = batch.of_other_folders(before, submitted, results.done.keys() & {*found})
+        other = {key for key, basis in elsewhere.items() if basis.is_replaced(key)}
+        left = {*results.left(found), *other}
+        results.move({key: basis for key, basis in elsewhere.items() if key not in left})
+        _tell_of_other_folders(out, submitted, before, other)
+        seeds = batch.draw([key for key in found if key in left], seed)
         if seeds:
             pool = opened.enter_context(batch.workers(jobs, scheduler, patience, unsafe))
             graded = batch.run(pool, submitted, seeds)  # while the gradebook opens, which takes seconds
         book = opened.enter_context(_gradebook(no_gradebook, gradebook, submitted, out, known, zero))
-        for report in results.done.values():
-            book.write(report)
+        for key, report in results.done.items():
+            if key not in seeds:
+                book.write(report)
         if seeds:
             with progress.shown(len(seeds)) as show_progress:
                 for report, origin in graded:
@@ -263,7 +270,7 @@ def report_command(
     if not reports:
         raise UsageError(f"no results in {out}")
     target = html or out / "report.html"
-    _check_target(target)
+    _check_target(target, [out], roster, gradebook)
     known = _circumstances(out, reports, _roster_of(out, roster), gradebook)
     summary.write(list(reports.values()), target, out, known)
     for look in looks(reports.values(), known):
@@ -304,7 +311,7 @@ def similar(
     from autograder.similarity import find, presenting
 
     if html:
-        _check_target(html)
+        _check_target(html, [folder, *(earlier or [])])
     findings = find(folder, assignment, top, earlier or [])
     if html:
         presenting.write(findings, html)
@@ -434,7 +441,7 @@ def export_command(
     gradebook: GradebookUrl = None,
 ) -> None:
     """Write the grades for Canvas or Moodle, or as a table; list missing marks and missing hand-ins."""
-    from autograder.gradebook.book import existing_url
+    from autograder.gradebook.book import differing, existing_url
     from autograder.gradebook.exporting import Wish, export
 
     if user not in (None, *platforms.MOODLE.columns):
@@ -442,10 +449,12 @@ def export_command(
     bases = output.bases(out, lost=True)
     _tell_of_a_copy(out, bases)
     submitted = output.submitted(out)
+    _check_target(to, [out], roster, gradebook)
     replaced = [key for key, basis in bases.items() if basis.is_replaced(key)]
     names = [assignment] if assignment else []
     wish = Wish(form.value, to, automatic, missing_is_zero, from_canvas, user, names, student or [], replaced)
-    export(wish, existing_url(gradebook, submitted, out), submitted, _roster_of(out, roster))
+    url = existing_url(gradebook, submitted, out)
+    export(wish, url, submitted, _roster_of(out, roster))
     exported = {
         key: report
         for key, report in sorted(output.read_results(out).items())
@@ -453,9 +462,19 @@ def export_command(
     }
     bases = {key: basis for key, basis in bases.items() if key in exported}
     gone = [key for key, basis in bases.items() if not listing.is_handed_in(Path(basis.submitted), *key)]
+    comparable = [
+        report
+        for key, report in exported.items()
+        if report.status != INFRASTRUCTURE_ERROR
+        and key in bases
+        and key[1] in exercises.names()
+        and batch.is_of_present_suite(bases[key], key)
+    ]
+    others = f"the gradebook has other points of the hidden tests than {out}, and the file has those of the gradebook"
     for why, keys in (
         (REPLACED, [key for key in replaced if key in exported]),
         ("graded, but their folder no longer exists (was it renamed?)", gone),
+        (f"{others} (`autograder grade` with --resume enters those of {out})", differing(url, comparable)),
     ):
         if keys:
             print(printable(one_line(f"LOOK: {why}: {', '.join('/'.join(key) for key in sorted(keys))}")))
@@ -619,9 +638,21 @@ def _fail(message: str, code: int = USAGE) -> NoReturn:
     raise SystemExit(code)
 
 
-def _check_target(named: Path) -> None:
-    """Raise UsageError for what is not a file to write to, before the work begins."""
-    if why := storage.refused(named):
+def _check_target(
+    named: Path, folders: Iterable[Path], roster: Iterable[Path] | None = None, gradebook: str | None = None
+) -> None:
+    """Raise UsageError for what is not a file to write to, before the work begins.
+
+    Nor are the files of the `folders`, which are outputs of `grade` or submissions, nor the roster and the gradebook.
+    """
+    files = [*(roster or [])]
+    if gradebook:
+        from autograder.gradebook import address
+
+        files += [file] if (file := address.file(gradebook)) else []
+    outs = [folder for folder in folders if (folder / output.RESULTS).is_file()]
+    submitted = {Path(basis.submitted) for out in outs for basis in output.bases(out, lost=True).values()}
+    if why := targets.refused(named, outs, [*submitted, *(each for each in folders if each not in outs)], files):
         raise UsageError(f"cannot write to {named}: {why}")
 
 
@@ -701,6 +732,21 @@ def _tell_of_a_copy(out: Path, bases: Mapping[tuple[str, str], output.Basis]) ->
         if Path(place).parent != around and own.is_dir():
             told = f"LOOK: {out} was graded from {place}, with the gradebook there; {own} is ignored"
             print(printable(f"{told}: was the course's folder copied or moved?"), file=sys.stderr)
+
+
+def _tell_of_other_folders(
+    out: Path, submitted: Path, bases: Mapping[tuple[str, str], output.Basis], other: Collection[tuple[str, str]]
+) -> None:
+    """Print a line if `out` has results from other folders than `submitted`, and name what has `other` files there."""
+    here = str(submitted.resolve())
+    if places := sorted({basis.submitted for basis in bases.values()} - {here}):
+        told = f"LOOK: {out} has results from {', '.join(places)}, and now {here} is graded into it"
+        if other:
+            names = ", ".join(map("/".join, sorted(other)))
+            told += f". Graded again, because other files are there: {names} (old results: {out / output.HISTORY})"
+        print(
+            printable(one_line(f"{told}. For another class, give another --output: students may have the same names."))
+        )
 
 
 def _roster_of(out: Path, given: list[Path] | None) -> Roster | None:

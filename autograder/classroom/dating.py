@@ -13,7 +13,7 @@ from typing import Any
 from nbgrader.api import Gradebook
 
 from autograder.errors import UsageError
-from autograder.gradebook import database, ends
+from autograder.gradebook import address, database, ends
 from autograder.gradebook.late import LatePolicy, course_config
 from course.hand_in import DUE, UNTIL
 
@@ -26,7 +26,7 @@ def enter(course: Path, new: Dates, dates: Dates) -> Dates:
     Somebody may have changed them in Formgrader.
     """
     database.read_version_in_process()
-    with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
+    with Gradebook(address.url(course.resolve() / "gradebook.db")) as book:
         for name, each in new.items():
             if each.get(DUE):
                 book.update_or_create_assignment(name, duedate=_utc(each[DUE]))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from nbgrader.api import Gradebook
 
-from autograder.gradebook import database, members
+from autograder.gradebook import address, database, members
 
 
 def main(course: Path, students: dict[str, dict[str, str]], known: dict[str, str]) -> None:
@@ -16,7 +16,7 @@ def main(course: Path, students: dict[str, dict[str, str]], known: dict[str, str
     """
     members.write(course, {int(user): name for user, name in known.items()})
     database.read_version_in_process()
-    with Gradebook(f"sqlite:///{course.resolve() / 'gradebook.db'}") as book:
+    with Gradebook(address.url(course.resolve() / "gradebook.db")) as book:
         for student, names in students.items():
             shown = names if any(names.values()) else {"first_name": "", "last_name": student}
             book.update_or_create_student(student, **shown)

@@ -11,6 +11,7 @@ from autograder.classroom import addresses, authenticators, box, class_page, hub
 from autograder.classroom.plan import Classroom, as_url
 from autograder.classroom.servers import VARIABLE
 from autograder.classroom.spawner import BoxSpawner
+from autograder.gradebook import address
 from course.environment import prepare
 
 START, ANSWER = 900, 120  # s until a server's process is started, the queue included, and until it answers
@@ -28,7 +29,7 @@ def configure(c: Config, classroom: Classroom) -> None:
     c.JupyterHub.hub_bind_url = c.JupyterHub.hub_connect_url = as_url(classroom.proxy_socket)
     c.JupyterHub.hub_socket_mode = 0o600
     c.Spawner.hub_connect_url = as_url(classroom.hub_socket)
-    c.JupyterHub.db_url = f"sqlite:///{state / 'jupyterhub.sqlite'}"
+    c.JupyterHub.db_url = address.url(state / "jupyterhub.sqlite")
     c.JupyterHub.cookie_secret_file = str(state / "cookie_secret")
     c.JupyterHub.cleanup_servers = False  # servers outlive the hub, and the next hub finds them
     c.JupyterHub.spawner_class = BoxSpawner

@@ -5,14 +5,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from autograder.errors import UsageError
-from autograder.gradebook.course_folder import CONFIGURATION, GRADEBOOK
+from autograder.gradebook.course_folder import CONFIGURATION
 from autograder.paths import repository
-from autograder.results.output import ASKED, DETAILS, HISTORY, RESULTS
+from autograder.results.targets import NAMES, STEPS
 from course.foundation.untrusted import read_regular
 from course.notebook.stubs import RELEASED
 
-STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
-OF_GRADINGS = (RESULTS, DETAILS, HISTORY, ASKED, GRADEBOOK)  # the grader's own files
 SOLVED = b"BEGIN SOLUTION"
 OTHERS = (".venv", ".git", "node_modules")  # folders in which nobody looks for an exercise
 MOST = 50_000_000  # bytes of a file that is searched
@@ -39,7 +37,7 @@ def expect_apart(course: Path, students: Path) -> None:
 
 def expect_no_results(source: Path) -> None:
     """Raise UsageError when a folder from which an exercise is released has files of the grader's."""
-    if found := next((path for path in sorted(source.rglob("*")) if path.name in OF_GRADINGS), None):
+    if found := next((path for path in sorted(source.rglob("*")) if path.name in NAMES), None):
         raise UsageError(f"{found} would be released: it belongs to a grading, so move it out of {source}")
 
 
@@ -68,7 +66,7 @@ def _answers(folder: Path) -> Iterator[str]:
             if path.is_symlink():
                 if folder not in (target := path.resolve()).parents:
                     yield f"the link {shown}, which leads to {target}"
-            elif path.name in (*OF_GRADINGS, CONFIGURATION):
+            elif path.name in NAMES:
                 yield f"{shown}, which belongs to a course folder or to results"
             elif path.suffix in (".ipynb", ".py") and path.is_file() and _is_solved(path, solutions):
                 yield f"{shown}, which has answers"

@@ -1,6 +1,9 @@
 """The scores in nbgrader's gradebook: the points of the hidden tests, summed for each of the notebook's grade cells."""
 
+import contextlib
+import math
 import warnings
+from collections.abc import Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -9,21 +12,19 @@ from nbgrader.api import Grade, Gradebook, MissingEntry, SubmittedNotebook
 from sqlalchemy.exc import SAWarning
 
 from autograder.errors import UsageError
-from autograder.gradebook import course_folder, database, late, written
+from autograder.gradebook import address, course_folder, database, late, written
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions import reading
 from autograder.submissions.exercises import load
 from autograder.submissions.roster import Roster
 from course.returned.record import Mark
 
-SQLITE = "sqlite:///"
-
 
 def default_url(submitted: Path, out: Path) -> str:
     """Return the URL of the gradebook of the submissions' nbgrader course, or else of one in `out`."""
     course = submitted.resolve().parent
     place = course if course_folder.has_gradebook(submitted) else out.resolve()
-    return f"{SQLITE}{place / course_folder.GRADEBOOK}"
+    return address.url(place / course_folder.GRADEBOOK)
 
 
 def existing_url(url: str | None, submitted: Path, out: Path) -> str:
@@ -32,8 +33,8 @@ def existing_url(url: str | None, submitted: Path, out: Path) -> str:
     nbgrader itself would create an empty one.
     """
     found = url or default_url(submitted, out)
-    if found.startswith(SQLITE) and not Path(found.removeprefix(SQLITE)).exists():
-        raise UsageError(f"there is no gradebook {found}")
+    if (file := address.file(found)) and not file.exists():
+        raise UsageError(f"there is no gradebook {file}")
     return found
 
 
@@ -54,7 +55,7 @@ class Scores:
     submission without a notebook they count 0 if `unanswered_is_zero`; otherwise they wait for a mark, too, and the
     student is listed in `unanswered`.  A mark that was given counts, with a notebook or without; if the text of the
     answer is another one than was marked, it waits for a mark again, and the student is listed in `rewritten`; in
-    `withdrawn` if the notebook that was marked is no longer handed in.
+    `withdrawn` if the notebook that was marked is no longer handed in.  Nobody is listed whose folder is gone.
     """
 
     def __init__(self, url: str, submitted: Path | None = None, unanswered_is_zero: bool = False):
@@ -113,21 +114,22 @@ class Scores:
             grade.auto_score = points
         if self._submitted:
             handed_in = self._submitted / student / name
-            self._questions(notebook, reading.has_notebook(handed_in, name))
-        if handed_in:
+            self._questions(notebook, handed_in)
+        if handed_in and handed_in.exists():
             self._rewritten(notebook, handed_in)
         self._book.db.commit()
         if self._config and late.concerned(self._book.find_submission(name, student)):
             late.assign(self._config, self._url, name, name, student)
 
-    def _questions(self, notebook: SubmittedNotebook, handed_in: bool) -> None:
+    def _questions(self, notebook: SubmittedNotebook, handed_in: Path) -> None:
         """Flag the questions that no test judges for manual grading; without a notebook they may count 0."""
+        answered = reading.has_notebook(handed_in, notebook.assignment.name)
         tested = load(notebook.assignment.name).cells.keys()
         questions = [grade for grade in notebook.grades if grade.name not in tested and grade.manual_score is None]
         for grade in questions:
-            grade.auto_score = None if handed_in or not self._zero else 0.0
+            grade.auto_score = None if answered or not self._zero else 0.0
             grade.needs_manual_grade = grade.auto_score is None
-        if questions and not handed_in and not self._zero:
+        if questions and handed_in.exists() and not answered and not self._zero:
             self.unanswered.setdefault(notebook.assignment.name, []).append(notebook.student.id)
 
     def _rewritten(self, notebook: SubmittedNotebook, handed_in: Path) -> None:
@@ -163,6 +165,26 @@ def lateness(url: str, submitted: Path) -> dict[tuple[str, str], float]:
             for one in assignment.submissions
         }
     return {key: seconds for key, seconds in found.items() if seconds}
+
+
+def differing(url: str, reports: Iterable[Report]) -> list[tuple[str, str]]:
+    """Return the students and exercises for which the gradebook has other points of the tests than the report.
+
+    The reports are of the present suites.  What is not in the gradebook, or has no points there, is left out.
+    """
+    found = []
+    with Gradebook(url) as book:
+        for report in reports:
+            name, student = report.assignment, report.student
+            entered: dict[str, float | None] = {}
+            with contextlib.suppress(MissingEntry):
+                notebook = book.find_submission_notebook(name, name, student)
+                entered = {grade.name: grade.auto_score for grade in notebook.grades}
+            for cell, points in _by_cell(report).items():
+                if (known := entered.get(cell)) is not None and not math.isclose(known, points, abs_tol=1e-6):
+                    found.append((student, name))
+                    break
+    return found
 
 
 def by_hand(url: str, assignment: str, student: str) -> list[Mark]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from autograder.gradebook import late
+from autograder.gradebook import address, late
 from autograder.gradebook.book import Scores, default_url
 from autograder.records import INFRASTRUCTURE_ERROR, Report
 from autograder.submissions.roster import Roster
@@ -26,7 +26,8 @@ class Entering:
     ):
         own = default_url(submitted, out)
         self._url, self._submitted = url or own, submitted
-        self._config = late.course_config(submitted) if self._url == own else None
+        same = address.parsed(self._url) == address.parsed(own)
+        self._config = late.course_config(submitted) if same else None
         self._scores = Scores(self._url, submitted, unanswered_is_zero)
         if roster:
             self._scores.enrol(roster)

@@ -42,6 +42,7 @@ from traitlets import Bool, Enum
 
 from autograder.errors import CannotExport, UsageError
 from autograder.gradebook import late, members
+from autograder.results import targets
 from autograder.results.text import counted, printable
 from autograder.submissions import exercises, listing, provenance
 from autograder.submissions.roster import Roster, of_class
@@ -120,7 +121,7 @@ class Exporter(ExportPlugin):
     def export(self, gradebook: Gradebook) -> None:
         """Write the file; nbgrader calls this.  A mistake that the instructor can fix is one line and exit status 1."""
         target = Path(self.to or self.default_name)
-        if why := storage.refused(target):
+        if why := targets.refused(target, [], [self._submitted()], [Path(gradebook.engine.url.database or "")]):
             raise SystemExit(f"autograder: cannot write to {target}: {why}")
         try:
             rows = self.rows(self._grades(gradebook))

@@ -25,7 +25,7 @@ from traitlets import Bunch, Dict, Enum, Float, Integer, TraitError, validate
 from traitlets.config import Config, PyFileConfigLoader
 
 from autograder.errors import UnknownTime, UsageError
-from autograder.gradebook import course_folder, extensions
+from autograder.gradebook import address, course_folder, extensions
 from autograder.submissions import provenance, reading
 
 DAY = 86_400  # s
@@ -152,11 +152,13 @@ def timestamp(submitted: Path, student: str, assignment: str) -> dict[str, datet
 def course_config(submitted: Path) -> Config | None:
     """Return the configuration of the nbgrader course that contains a folder of submissions; None if there is none.
 
-    It is run as `course_folder.around` says.  Raises UsageError when it cannot be loaded, or sets an invalid value.
+    It is run as `course_folder.around` says.  Raises UsageError when it cannot be loaded, or sets an invalid value, or
+    the folder cannot be nbgrader's.
     """
     folder = course_folder.around(submitted)
     if not folder:
         return None
+    address.expect_usable(folder)
     try:
         config = PyFileConfigLoader(course_folder.CONFIGURATION, path=str(folder)).load_config()
         LatePolicy(config=config)  # reports a mistake before anything is graded

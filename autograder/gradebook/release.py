@@ -17,7 +17,7 @@ from traitlets.config import PyFileConfigLoader
 from traitlets.log import get_logger
 
 from autograder.errors import Leak, UsageError
-from autograder.gradebook import apart, course_folder, ends
+from autograder.gradebook import address, apart, course_folder, ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
 from autograder.submissions import exercises
@@ -99,7 +99,8 @@ def _note_dates(notebook: Path, dates: dict[str, datetime | None]) -> None:
 
 
 def set_up(course: Path) -> None:
-    """Make nbgrader's course folder, unless it exists."""
+    """Make nbgrader's course folder, unless it exists; raises UsageError for a path with which nbgrader errs."""
+    address.expect_usable(course)
     config = course / course_folder.CONFIGURATION
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
     if not config.exists():

@@ -2,7 +2,7 @@
 
 import contextlib
 import secrets
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -73,9 +73,25 @@ def changed(out: Path, keys: Iterable[tuple[str, str]]) -> list[tuple[str, str]]
     return [key for key in keys if key in known and outdated(known[key], key)]
 
 
+def of_other_folders(
+    bases: Mapping[tuple[str, str], Basis], submitted: Path, keys: Iterable[tuple[str, str]]
+) -> dict[tuple[str, str], Basis]:
+    """Return those of the results that were made from another folder than `submitted`, with their inputs moved there.
+
+    Such a result counts for `submitted`, too, unless the moved inputs are replaced: then that folder has other files.
+    """
+    here = str(submitted.resolve())
+    return {key: replace(bases[key], submitted=here) for key in keys if key in bases and bases[key].submitted != here}
+
+
 def outdated(basis: Basis, key: tuple[str, str]) -> bool:
     """Return True if the suite or the handed-in files have changed since a result; missing files count as unchanged."""
-    return basis.suite != exercises.pack(key[1]).digest or basis.is_replaced(key)
+    return not is_of_present_suite(basis, key) or basis.is_replaced(key)
+
+
+def is_of_present_suite(basis: Basis, key: tuple[str, str]) -> bool:
+    """Return True if the exercise of a result has not changed since."""
+    return basis.suite == exercises.pack(key[1]).digest
 
 
 def current(basis: Basis, key: tuple[str, str]) -> Basis:

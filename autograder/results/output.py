@@ -9,7 +9,7 @@ import contextlib
 import fcntl
 import json
 import os
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TypeVar
@@ -91,6 +91,12 @@ class Output:
         _append(self._results, report.public())
         self.done[report.student, report.assignment] = report
         self._write_feedback(report)
+
+    def move(self, moved: Mapping[tuple[str, str], Basis]) -> None:
+        """Note that results were made from the same files as lie elsewhere now: later commands look for them there."""
+        last = {(entry["student"], entry["assignment"]): entry for entry in _read_details(self.folder)} if moved else {}
+        for key, basis in moved.items():
+            _append(self._details, last[key] | asdict(basis))
 
     def _retire(self) -> None:
         """Move replaced results to the history, and remove an incomplete last line."""

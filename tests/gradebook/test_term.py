@@ -18,7 +18,7 @@ from autograder.cli import app, main
 from autograder.gradebook import ends, members, release
 from autograder.gradebook.book import Scores, by_hand
 from autograder.gradebook.entering import Entering
-from autograder.records import GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
+from autograder.records import FAILED, GRADED, INFRASTRUCTURE_ERROR, PASSED, Report, Result
 from autograder.results.output import Basis, Output
 from autograder.submissions import exercises, listing, provenance
 from autograder.submissions.roster import REMEMBERED, of_class
@@ -481,6 +481,45 @@ def test_who_has_points_by_hand_and_no_notebook_any_more_is_named(course, enter)
     notebook.unlink()
     marked(course, QUESTION, 0)
     assert said not in enter(course).splitlines()  # no points for it
+
+
+@pytest.mark.parametrize("mark", [None, 4], ids=["unmarked", "marked"])
+def test_of_a_student_whose_folder_is_gone_no_hand_in_without_a_notebook_is_told(course, mark):
+    """A student who has left has handed in nothing again, and the points stay."""
+    answered(course, "ada", "A")
+    for name in exercises.load("calculator").files:
+        path = course / "submitted" / "ada" / "calculator" / name
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("print()")
+    passed(course / "submitted", "ada")
+    grade(course)
+    if mark:
+        marked(course, QUESTION, mark)
+    shutil.rmtree(course / "submitted" / "ada")
+    said = [line for line in grade(course).splitlines() if "without a notebook" in line]
+    assert len(said) == 1 and said[0].endswith(": bob.")
+    with Gradebook(f"sqlite:///{course / 'gradebook.db'}") as book:
+        assert book.find_grade(QUESTION, "calculator", "calculator", "ada").score == (mark or 0)
+
+
+def test_an_export_names_whose_points_in_the_gradebook_are_of_another_output(course):
+    """Two outputs in one gradebook: the later one counts, and the export of the earlier one said nothing."""
+    told = "LOOK: the gradebook has other points of the hidden tests than"
+    grade(course)
+    assert told not in exported(course)[1]
+    other = course / "other"
+    shutil.copytree(course / "out", other)
+    handed_in = listing.read(course / "submitted", "ada", "calculator")
+    basis = Basis(str(course / "submitted"), exercises.pack("calculator").digest, listing.digest(handed_in))
+    lost = [Result(test.id, test.title, FAILED, 0, test.points) for test in TESTS]
+    with Output(other, resume=True) as results:
+        results.write(Report("ada", "calculator", GRADED, 0.0, MOST, 1, 0.0, tests=lost), basis)
+    run("grade", course / "submitted", "--output", other, "--resume")
+    (line,) = [line for line in exported(course)[1].splitlines() if line.startswith(told)]
+    assert line.startswith(f"{told} {course / 'out'}, ") and line.endswith(": ada/calculator")
+    assert told not in run("export", other, "--for", "csv", "--to", course / "others.csv")
+    grade(course)
+    assert told not in exported(course)[1]
 
 
 def test_a_mark_for_an_answer_that_came_by_mail_is_no_news(course):

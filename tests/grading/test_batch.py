@@ -118,6 +118,40 @@ def test_submissions_that_were_moved_can_be_resumed(confinement, submitted, tmp_
     assert scores(tmp_path / "out") == {"dan": 0}
 
 
+def test_a_result_of_other_files_in_another_folder_does_not_count(submitted, tmp_path):
+    """A namesake of another class, or a second hand-in elsewhere; the result of the same files is kept."""
+    here, out = tmp_path / "again", tmp_path / "out"
+    for student in ("cyd", "dan"):
+        shutil.copytree(submitted / student, here / student)
+    (here / "dan" / "services" / "relay.py").write_text("print()\n")  # a file is missing, so nothing is run
+    with output.Output(out, resume=False) as first:
+        for student in STUDENTS[1:]:
+            files = listing.digest(listing.read(submitted, student, "services"))
+            suite = exercises.pack("services").digest
+            graded = Report(student, "services", GRADED, 10, 20, 1, 1.0, details={"seen": student})
+            first.write(graded, output.Basis(str(submitted), suite, files))
+    code, said, errors = end(begin(here, out, "--no-gradebook", "--resume"))
+    assert (code, errors) == (0, "")
+    assert scores(out) == {"bob": 10, "cyd": 10, "dan": 0}
+    (look,) = [line for line in said.splitlines() if line.startswith("LOOK: ")]
+    assert look.startswith(f"LOOK: {out} has results from {submitted}, and now {here} is graded into it. Graded again,")
+    assert f": dan/services (old results: {out / 'history.jsonl'}). " in look and "cyd" not in look
+    assert "Handed in again" not in said
+    assert {key[0]: basis.submitted for key, basis in output.bases(out).items()} == {
+        "bob": str(submitted),
+        "cyd": str(here),
+        "dan": str(here),
+    }
+    assert {report.student: details for report, details in output.read_with_details(out, "cyd")} == {
+        "cyd": {"seen": "cyd"}
+    }
+    shutil.rmtree(submitted / "bob")
+    before = (out / "details.jsonl").read_bytes()
+    code, said, errors = end(begin(here, out, "--no-gradebook", "--resume"))
+    assert (code, errors, before) == (0, "", (out / "details.jsonl").read_bytes())
+    assert "Graded again" not in said
+
+
 def test_a_second_coordinator_on_the_same_folder_refuses(submitted, tmp_path):
     """And changes nothing of what the first one writes, which is this process."""
     out = tmp_path / "out"

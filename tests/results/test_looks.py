@@ -12,13 +12,14 @@ import pytest
 from nbgrader.api import Gradebook
 
 from autograder import cli
-from autograder.gradebook import extensions, release
+from autograder.gradebook import ends, extensions, members, release
 from autograder.gradebook.book import Scores, lateness
 from autograder.grading import single
 from autograder.records import BUSY_MACHINE, FAILED, GRADED, INVALID_SUBMISSION, PASSED, TIME_UNKNOWN, Report, Result
-from autograder.results import summary
+from autograder.results import summary, targets
 from autograder.results.looks import REPLACED, Known, Look, looks
 from autograder.results.output import Basis, Output
+from autograder.returning.giving_back import LOCK, RETURNED
 from autograder.submissions import exercises, listing
 from tests.gradebook.test_late import DUE, HOUR
 from tests.hidden import answers
@@ -262,3 +263,70 @@ def test_what_lies_where_a_command_writes_is_not_replaced_unless_it_is_a_file(
     assert run(tmp_path / "pipe") == (0, [])
     assert b"ada" in os.read(reader, 1 << 20)
     os.close(reader)
+
+
+KEPT = [
+    "out/results.jsonl",
+    "out/details.jsonl",
+    "out/gradebook.db",
+    "out/feedback/ada/calculator.html",
+    "out/feedback/new.html",
+    "submitted/.roster.csv",
+    "submitted/ada/calculator/calculator_server.py",
+    "submitted/ada/new.csv",
+    "nbgrader_config.py",
+    "gradebook.db",
+    "source/calculator/new.csv",
+    "roster.csv",
+    "given.db",
+]
+
+
+@pytest.mark.parametrize("command", WRITING)
+@pytest.mark.parametrize("way", ["its name", "a link", "a link to its folder", "another name"])
+def test_the_files_of_the_course_and_its_results_are_never_written_over(
+    out, tmp_path, capsys, monkeypatch, command, way
+):
+    """Marks by hand, hidden inputs and hand-ins were replaced by a table of grades, without a word."""
+
+    def run(target: Path) -> tuple[int, str]:
+        options = ["--roster", str(tmp_path / "roster.csv")] if command != "similar" else []
+        options += ["--gradebook", f"sqlite:///{tmp_path / 'given.db'}"] if command != "similar" else []
+        monkeypatch.setattr(sys, "argv", ["autograder", command, str(out), *options, *WRITING[command], str(target)])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        return int(ended.value.code or 0), capsys.readouterr().err
+
+    (tmp_path / "source" / "calculator").mkdir(parents=True)
+    (tmp_path / "roster.csv").write_text("student\nada\nbob\ncy\n")
+    (tmp_path / "submitted" / ".roster.csv").write_text("student\nada\nbob\ncy\n")
+    (tmp_path / "nbgrader_config.py").write_text(release.COURSE_FILE)
+    (tmp_path / "gradebook.db").touch()
+    shutil.copy(out / "gradebook.db", tmp_path / "given.db")
+    (out / "feedback").mkdir(exist_ok=True)
+    for number, name in enumerate(KEPT):
+        kept = target = tmp_path / name
+        if command == "similar" and name in ("roster.csv", "given.db"):
+            continue
+        before = kept.read_bytes() if kept.exists() else None
+        if way == "a link":
+            target = tmp_path / f"link-{number}"
+            target.symlink_to(kept)
+        elif way == "a link to its folder":
+            (tmp_path / f"folder-{number}").symlink_to(kept.parent)
+            target = tmp_path / f"folder-{number}" / kept.name
+        elif way == "another name":
+            if not kept.exists() or kept.parent not in (out, tmp_path):
+                continue  # the folder tells
+            target = tmp_path / f"other-{number}"
+            target.hardlink_to(kept)
+        code, said = run(target)
+        assert code == 2 and said.startswith(f"autograder: cannot write to {target}: ") and said.count("\n") == 1, name
+        assert said.endswith((": name another file\n", ": name another folder\n"))
+        assert (kept.read_bytes() if kept.exists() else None) == before
+    for fine in (tmp_path / "grades.csv", out / "grades.csv", tmp_path / "submitted" / "grades.csv"):
+        assert run(fine) == run(fine) == (0, "")
+
+
+def test_the_names_of_the_course_s_files_are_known():
+    assert {ends.FILE, extensions.FILE, members.FILE, RETURNED, LOCK} < targets.NAMES
