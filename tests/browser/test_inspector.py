@@ -112,7 +112,9 @@ def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_ru
     messages.click()
     panel.get_by_label("order int32").fill("1000")
     panel.get_by_role("button", name="Send the goal").click()
-    panel.get_by_role("button", name="Cancel the goal").click()
+    panel.get_by_role("button", name="Cancel the goal").press("Enter")
+    expect(panel.get_by_role("button", name="Cancel the goal")).to_have_count(0)
+    expect(panel.get_by_role("region", name="Timeline")).to_be_focused()
     flow = panel.get_by_role("region", name="Timeline").get_by_role("img")
     expect(flow).to_have_attribute("aria-label", re.compile("goal, .*accepted, .*cancel, .*canceled"))
     expect(panel.locator(".ros-Events")).to_be_hidden()  # as the reader has left it
