@@ -71,6 +71,10 @@ def check_a_parameter(panel) -> None:
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("serial")
     expect(panel.get_by_label("serial string")).to_be_disabled()  # it is read-only
     expect(panel.get_by_role("button", name="Set", exact=True)).to_be_disabled()
+    expect(panel.get_by_label("The line", exact=True)).to_have_text("(its node refuses to set it)")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("lines")
+    expect(panel.get_by_label("lines string")).to_have_value("a\nb")  # an input would show "ab"
+    expect(panel).to_contain_text(re.compile(r"The node’s values were read at \d\d:\d\d:\d\d\."))
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
     expect(panel.get_by_role("button", name="Set", exact=True)).to_be_enabled()
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")

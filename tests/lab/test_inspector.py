@@ -24,6 +24,7 @@ class Servers(Node):
         limits = FloatingPointRange(from_value=0.1, to_value=2.0)
         self.declare_parameter('offset', 0.5)
         self.declare_parameter('label', 'a')
+        self.declare_parameter('lines', 'a\\nb')
         self.declare_parameter('steps', [1, 2])
         self.declare_parameter('names', ['a'])
         self.declare_parameter('serial', 'A7', ParameterDescriptor(read_only=True))
@@ -386,7 +387,8 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert (serial["about"], serial["fixed"], serial["read_only"]) == ("read-only", False, True)
     given = {"type_name": "string", "given": {"serial": "B8"}}
     assert "read-only" in follow(page, "rejected", **SPEED | given)["events"][-1][2]
-    assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""
+    accepted = follow(page, "accepted", **SPEED, given={"speed": "0.5"})
+    assert (accepted["failed"], accepted["about"]) == ("", "It sets the parameter speed.")
     refused = follow(page, "rejected", **SPEED, given={"speed": "5"})["events"][-1]
     assert "range" in refused[2]
     told = page.ask("inspector.look", **SPEED, given={"speed": "0.75"})["result"]
