@@ -46,8 +46,11 @@ def left_behind(file: str) -> Iterator[tuple[int, str]]:
 
 
 def instead_of(name: str) -> str:
-    """Return a sentence on a file in the kernel's folder that may have been meant as the missing `name`, or ''."""
+    """Return a sentence on a file in the kernel's folder that may have been meant as the missing `name`, or ''.
+
+    Without a notebook there, as in the folder of a hand-in's checks, any file may be that of another task.
+    """
     wanted = wanted_files()
     beside = [path.name for path in Path().iterdir() if path.suffix == Path(name).suffix and path.name not in wanted]
-    near = difflib.get_close_matches(name, beside, 1, ALIKE)
+    near = difflib.get_close_matches(name, beside, 1, ALIKE) if wanted else []
     return f" There is {near[0]}: if that is meant, begin its cell with `%%exercise {name}`." if near else ""

@@ -18,7 +18,7 @@ from course.notebook.file_differences import CELL_OLDER, FILE_EDITED, refused, u
 ORDER = ("services", "actions", "parameters", "ai_integration", "calculator")
 ANSWERED = "answered"
 CHANGED = "changed since the check"
-AGAIN = "run it again: the file was written again since"
+AGAIN = "run it again: {} was written again since"
 HINT = "Hint: "  # begins what is printed below an error
 LONGEST = 4000  # characters of a message that are shown
 STUBS = ("YOUR ANSWER HERE", STUB)
@@ -196,6 +196,11 @@ def _more(cell: Cell) -> str:
     return "\n".join([*_message(cell)[1:], *hints.splitlines()]).strip()[:LONGEST]
 
 
+def _is_later(above: Cell, cell: Cell) -> bool:
+    """Return True if a cell that may have written a file was run after the check `cell`."""
+    return above.solution and (above.count or 0) > (cell.count or 0) and not refused(above)
+
+
 def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
     """Return the state of a graded cell; `before` are the cells above it, `differ` the result of `unlike`."""
     if cell.solution:
@@ -209,9 +214,9 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
     if judged.keys() >= {*files}:  # the numbers of the cells say nothing: another kernel may have run some of them
         written = [name for name in files if judged[name] != now[name]]
         if written:
-            return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN
-    elif any(above.solution and (above.count or 0) > (cell.count or 0) and not refused(above) for above in before):
-        return AGAIN
+            return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN.format(written[0])
+    elif later := [above for above in before if _is_later(above, cell)]:
+        return AGAIN.format(written_by(later[0]) or "a file above")
     if not passes and (lines := _message(cell)):
         return f"{FAILED}{lines[0]}"
     changed = [

@@ -450,7 +450,12 @@ class Calls:
         return "\n".join(found)
 
     def _tell_who_answers(self, service: str) -> None:
-        """Tell the reader, once, about several servers of `service`, or one that the session did not start."""
+        """Tell the reader, once, about several servers of `service`, or one that the session did not start.
+
+        Only of a service that a cell calls: what a panel of the lab reads is not the cell's doing.
+        """
+        if not in_main_thread():
+            return
         count = self.node.count_services(service)
         if self._servers.get(service) == count:
             return

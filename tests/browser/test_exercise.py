@@ -67,7 +67,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(panel).to_contain_text("edited since it was run")
     panel.get_by_role("button", name="Run the cell of greeter.py").click()
     expect(panel).to_contain_text("the same as in its cell")
-    expect(checks).to_contain_text("greets: run it again: the file was written again since")
+    expect(checks).to_contain_text("greets: run it again: greeter.py was written again since")
     run_cell(page, 0, BUSY)
     panel.get_by_role("button", name="Run all checks").click()
     expect(checks).to_contain_text("…greets: waiting for the cell that runs")
@@ -82,7 +82,7 @@ def test_a_student_is_told_step_by_step_how_far_the_exercise_is_and_everybody_ca
     expect(checks).to_contain_text("✓greets: passed")
     panel.get_by_role("button", name="Run the cell of greeter.py").click()
     expect(cell(page, FILE)).to_contain_text("what it contained is now in greeter.edited-1.py")
-    expect(checks).to_contain_text("greets: run it again: the file was written again since")
+    expect(checks).to_contain_text("greets: run it again: greeter.py was written again since")
     type_answer(page, SERVER.replace("def main(args=None):", "def main(args=None)"))
     panel.get_by_role("button", name="Run the cell of greeter.py").click()
     expect(panel).to_contain_text(

@@ -71,6 +71,10 @@ def check_a_parameter(panel) -> None:
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("serial")
     expect(panel.get_by_label("serial string")).to_be_disabled()  # it is read-only
     expect(panel.get_by_role("button", name="Set", exact=True)).to_be_disabled()
+    expect(panel.get_by_label("The line", exact=True)).to_have_text("(its node refuses to set it)")
+    panel.get_by_role("combobox", name="Parameter", exact=True).select_option("lines")
+    expect(panel.get_by_label("lines string")).to_have_value("a\nb")  # an input would show "ab"
+    expect(panel).to_contain_text(re.compile(r"The node’s values were read at \d\d:\d\d:\d\d\."))
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("use_sim_time")
     expect(panel.get_by_role("button", name="Set", exact=True)).to_be_enabled()
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("speed")
@@ -112,7 +116,9 @@ def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_ru
     messages.click()
     panel.get_by_label("order int32").fill("1000")
     panel.get_by_role("button", name="Send the goal").click()
-    panel.get_by_role("button", name="Cancel the goal").click()
+    panel.get_by_role("button", name="Cancel the goal").press("Enter")
+    expect(panel.get_by_role("button", name="Cancel the goal")).to_have_count(0)
+    expect(panel.get_by_role("region", name="Timeline")).to_be_focused()
     flow = panel.get_by_role("region", name="Timeline").get_by_role("img")
     expect(flow).to_have_attribute("aria-label", re.compile("goal, .*accepted, .*cancel, .*canceled"))
     expect(panel.locator(".ros-Events")).to_be_hidden()  # as the reader has left it

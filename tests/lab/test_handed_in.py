@@ -22,7 +22,9 @@ def alone(monkeypatch):
 
 
 def write(folder, at=NOW, assignment="greeter", **checks):
-    """An archive as `course hand-in` writes it; its name is returned."""
+    """An archive of the folder's files as `course hand-in` writes it; its name is returned."""
+    for name, content in FILES.items():
+        (folder / name).write_bytes(content)
     return hand_in.write(hand_in.HandIn(assignment, [], FILES, {}), folder, "ada", checks, at).name
 
 
@@ -71,3 +73,15 @@ def test_in_a_class_handed_in_is_said_only_of_what_is_known_to_have_arrived(tmp_
     assert handed_in.told(tmp_path, "greeter") == packed
     handed_in.begin(tmp_path).end(sent=name)
     assert handed_in.told(tmp_path, "greeter")["text"] == f"Handed in on 2026-11-02 09:30 UTC: {WHAT}"
+
+
+def test_files_that_have_changed_since_the_hand_in_are_told(tmp_path):
+    name = write(tmp_path)
+    (tmp_path / "greeter.ipynb").write_text("{ }")  # each run of a cell changes it
+    assert "Since then" not in handed_in.told(tmp_path, "greeter")["text"]
+    (tmp_path / "greeter.py").write_text("print('goodbye')\n")
+    keeps = "The archive keeps what you handed in: to replace it, hand in again."
+    assert handed_in.told(tmp_path, "greeter")["text"].endswith(f" Since then: greeter.py changed. {keeps}")
+    (tmp_path / "greeter.py").unlink()
+    told = handed_in.told(tmp_path, "greeter")
+    assert told["text"].endswith(f" Since then: greeter.py gone. {keeps}") and told["archive"] == name

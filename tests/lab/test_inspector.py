@@ -22,6 +22,11 @@ class Servers(Node):
     def __init__(self):
         super().__init__('servers')
         limits = FloatingPointRange(from_value=0.1, to_value=2.0)
+        self.declare_parameter('offset', 0.5)
+        self.declare_parameter('label', 'a')
+        self.declare_parameter('lines', 'a\\nb')
+        self.declare_parameter('steps', [1, 2])
+        self.declare_parameter('names', ['a'])
         self.declare_parameter('serial', 'A7', ParameterDescriptor(read_only=True))
         self.declare_parameter('speed', 1.0, ParameterDescriptor(description='m/s', floating_point_range=[limits]))
         self.create_service(AddTwoInts, 'add_two_ints', self.add)
@@ -382,7 +387,8 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert (serial["about"], serial["fixed"], serial["read_only"]) == ("read-only", False, True)
     given = {"type_name": "string", "given": {"serial": "B8"}}
     assert "read-only" in follow(page, "rejected", **SPEED | given)["events"][-1][2]
-    assert follow(page, "accepted", **SPEED, given={"speed": "0.5"})["failed"] == ""
+    accepted = follow(page, "accepted", **SPEED, given={"speed": "0.5"})
+    assert (accepted["failed"], accepted["about"]) == ("", "It sets the parameter speed.")
     refused = follow(page, "rejected", **SPEED, given={"speed": "5"})["events"][-1]
     assert "range" in refused[2]
     told = page.ask("inspector.look", **SPEED, given={"speed": "0.75"})["result"]
@@ -393,6 +399,45 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert "1.0" in kernel.run("!ros2 param get /servers speed")
     wrong = page.ask("inspector.look", **SPEED, given={"speed": "fast"})["result"]["wrong"]
     assert wrong == {"speed": "write a number: double does not accept 'fast'"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "value", "stored"),
+    [
+        ("double", "offset", "-0.5", "-0.5"),
+        ("double", "offset", "-1e-7", "-1e-07"),
+        ("double", "offset", "-inf", "-inf"),
+        ("string", "label", "--all", "--all"),
+        ("integer array", "steps", "", "[]"),
+        ("string array", "names", "", "[]"),
+        ("string array", "names", '"p,q", "", -a', "['p,q', '', '-a']"),
+    ],
+)
+def test_the_line_and_the_program_set_what_the_form_sets(kernel, page, kind, name, value, stored):
+    asked = {"kind": "parameter", "name": "/servers", "type_name": kind}
+    told = page.ask("inspector.look", **asked, given={name: value})["result"]
+    defaults = {"offset": "0.5", "label": "a", "steps": "1, 2", "names": "a"}
+    (kernel.folder / "client.py").write_text(told["python"])
+    for line in (told["ros2"], "python client.py"):
+        assert follow(page, "accepted", **asked, given={name: defaults[name]})["failed"] == ""
+        kernel.run(f"!{line}")
+        assert f": {stored}" in kernel.run(f"!ros2 param get /servers {name}")
+
+
+@pytest.mark.parametrize(
+    ("values", "shown"),
+    [
+        (["a b", "12", "no"], "a b, 12, no"),
+        (["p,q", "r"], '"p,q", r'),
+        (["a", "b,c", ""], 'a, "b,c", ""'),
+        ([""], '""'),
+        ([], ""),
+        (["[a]", " b", "c: d", "e\nf", "'g'", 'h"', "{", "# i", "-"], None),
+    ],
+)
+def test_a_list_of_texts_is_shown_as_it_is_read(values, shown):
+    text = forms.listed(values)
+    assert shown in (text, None) and forms.scalars("string", text) == values
 
 
 def test_calls_of_cells_are_kept_with_their_times(kernel, page):

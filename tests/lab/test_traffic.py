@@ -289,7 +289,11 @@ def test_a_goal_of_another_program_is_drawn_from_status_and_feedback(kernel, pag
 
 
 def test_a_client_is_known_before_its_node_on_a_busy_machine():
-    """Seen with rmw_fastrtps 8.4: the middleware calls its node _NODE_NAME_UNKNOWN_ until it hears of it."""
+    """Seen with rmw_fastrtps 8.4: the middleware calls its node _NODE_NAME_UNKNOWN_ until it hears of it.
+
+    A `ros2 action send_goal` is then known by its process.
+    """
+    commands = []
     unknown = SimpleNamespace(
         endpoint_gid=bytes(16), node_name="_NODE_NAME_UNKNOWN_", node_namespace="_NODE_NAMESPACE_UNKNOWN_"
     )
@@ -297,8 +301,11 @@ def test_a_client_is_known_before_its_node_on_a_busy_machine():
         get_subscriptions_info_by_topic=lambda topic, no_mangle: [unknown], get_topic_names_and_types=list
     )
     traffic = Traffic.__new__(Traffic)
-    traffic.live, traffic._own = SimpleNamespace(node=node), set()
+    outsiders = SimpleNamespace(is_command=lambda endpoint_gid, name: name in commands)
+    traffic.live, traffic._own = SimpleNamespace(node=node, outsiders=outsiders), set()
     assert traffic._outside("/fibonacci").by == "another program"
+    commands.append("ros2")
+    assert traffic._outside("/fibonacci").by == "the ros2 command"
 
 
 def test_an_answer_that_can_no_more_come_is_told(kernel, page):

@@ -507,6 +507,10 @@ def test_a_missing_file_is_told_with_the_one_that_may_be_meant(folder):
     (folder / "relay_2.py").touch()
     with pytest.raises(ExerciseError, match=r"There is relay_2\.py: if that is meant, .* `%%exercise relay\.py`"):
         judging.as_it_lies("relay.py")
+    (folder / "services.ipynb").unlink()  # as in the folder of a hand-in's checks: it may be another task's file
+    with pytest.raises(ExerciseError) as failed:
+        judging.as_it_lies("relay.py")
+    assert "relay_2.py" not in str(failed.value)
 
 
 def test_a_file_that_is_missing_because_the_kernel_is_elsewhere(folder, session, monkeypatch):

@@ -60,8 +60,8 @@ REFUSED = ERROR | {"ename": "ExerciseError", "evalue": "a.py, line 1: invalid sy
         ([check(count=3), written("x = 2\n")], "passed"),
         ([answer(None), check(count=None)], "not run"),
         ([answer(2), check(outputs=(ERROR,))], "not yet: 1 + 2 gave 4"),
-        ([answer(4), check(count=3)], "run it again: the file was written again since"),
-        ([answer(4), check(count=3, outputs=(ERROR,))], "run it again: the file was written again since"),
+        ([answer(4), check(count=3)], "run it again: a.py was written again since"),
+        ([answer(4), check(count=3, outputs=(ERROR,))], "run it again: a.py was written again since"),
         (
             [written("x = 2 +\n") | {"execution_count": 4, "outputs": [REFUSED]}, check(count=3, outputs=(ERROR,))],
             "not yet: 1 + 2 gave 4",
@@ -104,7 +104,7 @@ def test_what_a_check_has_judged_counts_whatever_kernel_has_numbered_the_cells(s
     section("services", written("x = 2\n") | {"execution_count": 1}, check(count=40, outputs=error))
     (folder / "a.py").write_text("x = 2\n")  # by its cell, in another kernel
     file_record.note_written(folder / "a.py", b"x = 2\n")
-    assert [part.state for part in progress(tmp_path)] == ["run it again: the file was written again since"]
+    assert [part.state for part in progress(tmp_path)] == ["run it again: a.py was written again since"]
     (folder / "a.py").write_text("x = 3\n")  # by hand
     assert [part.state for part in progress(tmp_path)] == ["changed since the check: a.py"]
 

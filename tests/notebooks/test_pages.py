@@ -53,6 +53,12 @@ def items(text: str) -> list[str]:
     return re.findall(r"^(?:[-*]|\d+\.) +\S.*", text, re.MULTILINE)
 
 
+def test_the_start_page_shows_the_progress_in_a_fresh_kernel(tmp_path, monkeypatch):
+    (source,) = (cell.source for cell in cells.read(START) if "course.progress()" in cell.source and cell.kind == "code")
+    monkeypatch.chdir(tmp_path)
+    exec(source, {})
+
+
 @sections
 def test_the_beginning_says_what_it_needs_how_long_it_takes_and_what_for(path):
     first = cells.read(path)[0].source

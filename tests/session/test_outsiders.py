@@ -6,6 +6,8 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -83,6 +85,15 @@ def test_who_answers_is_told_when_the_session_has_not_started_it(session, outsid
     )
     session.call("add_two_ints", AddTwoInts, a=40, b=2)
     assert session.watch.notices() == []
+
+
+def test_a_call_of_a_panel_tells_the_cells_nothing_of_who_answers(session, outsider):
+    call = partial(session.call, "add_two_ints", AddTwoInts, a=40, b=2)
+    with ThreadPoolExecutor(1) as panel:  # which works in a thread of its own
+        assert panel.submit(call).result().sum == 42
+    assert session.watch.notices() == []
+    call()
+    assert "is answered by /adder" in "".join(session.watch.notices())
 
 
 def test_a_server_beside_that_of_the_session_is_told_and_is_in_the_table(session, outsider, server):

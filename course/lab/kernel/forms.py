@@ -3,10 +3,12 @@
 The page sends texts as they were typed, so that 64-bit numbers stay exact and all input is checked here.
 """
 
+import contextlib
+import json
 import math
 import re
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,7 +73,7 @@ def fields_of(message: type[Any]) -> list[dict[str, Any]]:
             shown |= {"kind": "message" if element is slot else "messages", "fields": fields_of(nested)}
             shown["length"] = getattr(slot, "size", None)
         elif element is not slot:
-            shown |= {"kind": "list", "default": ", ".join(map(_text, value))}
+            shown |= {"kind": "list", "default": listed(value)}
         elif isinstance(value, bool):
             shown |= {"kind": "truth", "default": value}
         else:
@@ -88,6 +90,19 @@ def _loaded(element: Any) -> type[Any]:
 def _text(value: Any) -> str:
     """Return the text that a form shows for a scalar."""
     return str(value[0] if isinstance(value, bytes) else value)
+
+
+def listed(values: Iterable[Any]) -> str:
+    """Return the text that a form shows for a list, which `scalars` reads as the same values."""
+    return ", ".join(_quoted(value) if isinstance(value, str) else _text(value) for value in values)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as it is written in a list: in quotes if it would be read as something else."""
+    with contextlib.suppress(ValueError):
+        if text.isprintable() and scalars("string", text) == [text]:
+            return text
+    return json.dumps(text, ensure_ascii=False)
 
 
 def _choices(message: type[Any], name: str, value: object) -> dict[str, str]:

@@ -116,7 +116,7 @@ def _parameters(node: str) -> list[dict[str, Any]]:
     for name, value, descriptor in zip(names, values, described, strict=False):
         kind = PARAMETER_TYPES.get(value.type)
         plain: Any = parameter_value_to_python(value) if kind else None  # rclpy knows no types but those of ROS 2
-        shown = ", ".join(map(str, plain)) if kind and kind.endswith(ARRAY) else str(plain)
+        shown = forms.listed(plain) if kind and kind.endswith(ARRAY) else str(plain)
         field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
         field |= {"fixed": kind is None, "read_only": descriptor.read_only}  # a node refuses to set the latter
         if kind == "boolean":
@@ -205,9 +205,14 @@ def _look_at_parameter(node: str, kind: str, given: dict[str, Any]) -> dict[str,
         return {"wrong": {parameter: str(error)}, "python": "", "ros2": ""}
     return {
         "wrong": {},
-        "python": programs.python_of_parameter(node, parameter, value),
-        "ros2": programs.command_of_parameter(node, parameter, value),
+        "python": programs.python_of_parameter(node, parameter, value, _number_of(kind)),
+        "ros2": programs.command_of_parameter(node, parameter, value, _number_of(kind)),
     }
+
+
+def _number_of(kind: str) -> int:
+    """Return the number of a parameter's type, one of PARAMETER_TYPES."""
+    return next(number for number, known in PARAMETER_TYPES.items() if known == kind)
 
 
 def _parameter_value(kind: str, text: Any) -> Any:
@@ -236,8 +241,7 @@ def send(
             value = _parameter_value(type_name, text)
         except ValueError as error:
             raise LiveError(f"{parameter}: {error}") from None
-        number = next(number for number, known in PARAMETER_TYPES.items() if known == type_name)
-        made = Parameter(parameter, Parameter.Type(number), value)
+        made = Parameter(parameter, Parameter.Type(_number_of(type_name)), value)
         return sending.set_parameter(live, name, made, limit).number
     interface = forms.interface(kind, type_name)
     filled = forms.fill(interface.message, given)

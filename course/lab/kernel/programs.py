@@ -6,6 +6,8 @@ from typing import Any
 
 import yaml
 from jinja2 import Environment, StrictUndefined
+from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter
 
 from course.lab.kernel.forms import Interface
 from course.ros import messages
@@ -155,7 +157,7 @@ class ParameterSetter(Node):
 
     def set_parameter(self):
         self.client.wait_for_services()
-        future = self.client.set_parameters([Parameter({{ parameter }}, value={{ value }})])
+        future = self.client.set_parameters([Parameter({{ parameter }}value={{ value }})])
         rclpy.spin_until_future_complete(self, future, timeout_sec=5.0)
         return future.result()  # None when no answer has come
 
@@ -176,6 +178,7 @@ if __name__ == '__main__':
 PROGRAMS = {"service": SERVICE, "action": ACTION, "topic": TOPIC}
 PART = {"service": ".Request", "action": ".Goal", "topic": ""}
 COMMAND = {"service": "ros2 service call", "action": "ros2 action send_goal", "topic": "ros2 topic pub --once"}
+NEGATIVE = r"-\d+|-\d*\.\d+"  # what argparse takes for a number, and not for an option
 _TEMPLATES = Environment(undefined=StrictUndefined, keep_trailing_newline=True)
 
 
@@ -210,14 +213,25 @@ def as_yaml(values: dict[str, Any]) -> str:
     ).strip()
 
 
-def python_of_parameter(node: str, parameter: str, value: object) -> str:
-    """Return a program that sets a parameter of a node."""
-    return _TEMPLATES.from_string(PARAMETER).render(name=node, parameter=repr(parameter), value=_literal(value))
+def python_of_parameter(node: str, parameter: str, value: object, number: int) -> str:
+    """Return a program that sets a parameter of a node, of the type with this number."""
+    kind = f"Parameter.Type.{Parameter.Type(number).name}, " if value == [] else ""  # the value does not tell it
+    return _TEMPLATES.from_string(PARAMETER).render(
+        name=node, parameter=f"{parameter!r}, {kind}", value=_literal(value)
+    )
 
 
-def command_of_parameter(node: str, parameter: str, value: object) -> str:
-    """Return the shell command that sets a parameter of a node."""
-    return f"ros2 param set {node} {shlex.quote(parameter)} {shlex.quote(argument(value))}"
+def command_of_parameter(node: str, parameter: str, value: object, number: int) -> str:
+    """Return the shell command that sets a parameter of a node, of the type with this number.
+
+    `ros2 param set` takes an empty list for one of truth values, so that another one is sent by the node's service.
+    """
+    if value == [] and number != ParameterType.PARAMETER_BOOL_ARRAY:
+        request = as_yaml({"parameters": [{"name": parameter, "value": {"type": number}}]})
+        return f"ros2 service call {node}/set_parameters rcl_interfaces/srv/SetParameters {shlex.quote(request)}"
+    text = argument(value)
+    end = "-- " if text.startswith("-") and not re.fullmatch(NEGATIVE, text) else ""  # of the options
+    return f"ros2 param set {node} {shlex.quote(parameter)} {end}{shlex.quote(text)}"
 
 
 def _grouped(imports: set[tuple[str, str]]) -> dict[str, list[str]]:

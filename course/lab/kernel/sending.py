@@ -62,7 +62,8 @@ def call(live: Session, interface: Interface, name: str, request: Any, timeout: 
 
 def set_parameter(live: Session, node: str, parameter: Parameter, timeout: float) -> Exchange:
     """Set a parameter of a node; `timeout` in s."""
-    exchange = keep(Exchange("parameter", node, "rcl_interfaces/srv/SetParameters"))
+    about = f"It sets the parameter {parameter.name}."
+    exchange = keep(Exchange("parameter", node, "rcl_interfaces/srv/SetParameters", about=about))
 
     def work() -> None:
         service = f"{node}/set_parameters"

@@ -218,10 +218,20 @@ class Traffic(ClientWatcher):
         """Return the node whose client sent a request, by the middleware's id of the client."""
         if self._callers.get(client, OTHER) == OTHER:
             infos = self.live.node.get_subscriptions_info_by_topic(f"rr{service}Reply", no_mangle=True)
-            names = _names(each for each in infos if bytes(each.endpoint_gid) == client)
-            command = not names and self.live.outsiders.is_command(client, "ros2")
-            self._callers[client] = COMMAND if command else _said(names)
+            self._callers[client] = self._sender_of([each for each in infos if bytes(each.endpoint_gid) == client])
         return self._callers[client]
+
+    def _sender_of(self, ends: Iterable[TopicEndpointInfo]) -> str:
+        """Return who sends with the clients that have these endpoints; OTHER if that is not one, or is not known."""
+        senders = {
+            _said(names)
+            if (names := _names([each]))
+            else COMMAND
+            if self.live.outsiders.is_command(each.endpoint_gid, "ros2")
+            else OTHER
+            for each in ends
+        }
+        return senders.pop() if len(senders) == 1 else OTHER
 
     def _read(self, at: float, name: str, end: str, kind: type, message: bytes, long: int) -> None:
         """Read a message; of a `long` one (its number of bytes), only the beginning was kept."""
@@ -299,9 +309,8 @@ class Traffic(ClientWatcher):
         """Return an exchange for a goal of another program, with its client as sender if there is only one."""
         node = self.live.node
         infos = node.get_subscriptions_info_by_topic(f"rr{name}/_action/send_goalReply", no_mangle=True)
-        names = _names(each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own)
         kinds = dict(node.get_topic_names_and_types()).get(f"{name}{FEEDBACK}", [""])
-        by = _said(names if len(names) == 1 else [])
+        by = self._sender_of(each for each in infos if bytes(each.endpoint_gid[:12]) not in self._own)
         return keep(Exchange("action", name, kinds[0].removesuffix("_FeedbackMessage"), by, OF_AN_ACTION))
 
     def _look_after_servers(self) -> None:

@@ -13,6 +13,7 @@ from course.errors import BadArchive, HandInError
 from course.foundation import cells
 from course.foundation.times import MINUTES
 from course.foundation.untrusted import Allowance, Archive
+from course.notebook import file_record
 
 ARCHIVE = r"-{assignment}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?\.zip$"  # the end of a name, as `hand_in.write` makes it
 MOST = 1_000_000  # bytes of a receipt
@@ -46,7 +47,7 @@ class Receipt:
     """The content of the receipt in an archive."""
 
     time: datetime
-    files: tuple[str, ...]
+    files: dict[str, str]  # the digest of each, by its name
     passed: int  # public checks
     checks: int
 
@@ -97,7 +98,19 @@ def told(folder: Path, assignment: str) -> dict[str, str] | None:
         done, then = "Handed in" if known and known.sent == name else "Packed", ""
     else:
         done, then = "Packed", " Give the archive to your instructor; the newest counts."
-    return {"text": f"{done} on {receipt}{then}", "archive": name}
+    return {"text": f"{done} on {receipt}{then}{_since(folder, receipt)}", "archive": name}
+
+
+def _since(folder: Path, receipt: Receipt) -> str:
+    """Return a sentence on the files of a hand-in that are different now, or ''.
+
+    Not on the notebook, which changes whenever a cell is run.
+    """
+    now = {name: file_record.digest_of(folder / name) for name in receipt.files if not name.endswith(".ipynb")}
+    different = [f"{name} {'changed' if it else 'gone'}" for name, it in now.items() if it != receipt.files[name]]
+    if not different:
+        return ""
+    return f" Since then: {', '.join(different)}. The archive keeps what you handed in: to replace it, hand in again."
 
 
 def _newest(folder: Path, assignment: str) -> tuple[str, Receipt | None]:
@@ -124,7 +137,8 @@ def _receipt(path: Path, assignment: str, _changed: int) -> Receipt | None:
             said: Any = json.loads(archive.read(entry, Allowance(MOST)))
         outcomes = list(said["checks"].values())
         time = datetime.fromisoformat(said["handed_in"]).astimezone(UTC)
-        receipt = Receipt(time, tuple(map(str, said["files"])), outcomes.count(cells.PASSED), len(outcomes))
+        files = {name: str(known["sha256"]) for name, known in said["files"].items()}
+        receipt = Receipt(time, files, outcomes.count(cells.PASSED), len(outcomes))
         return receipt if said["assignment"] == assignment else None
     except (BadArchive, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
         return None

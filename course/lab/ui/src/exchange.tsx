@@ -62,7 +62,9 @@ export function ExchangeView({ link, number, onlooker = false, sent = false, rem
     },
     setFailed
   );
+  const timeline = React.useRef<HTMLElement>(null);
   const cancel = async () => {
+    timeline.current?.focus(); // the button will be gone: Tab goes on from here, and Esc leads to the notebook
     try {
       await link.request('inspector.cancel', { number });
     } catch (error) {
@@ -76,7 +78,7 @@ export function ExchangeView({ link, number, onlooker = false, sent = false, rem
   const result = [...events].reverse().find(([, event, text]) => tells(event) && text);
   const answer = useInSight<HTMLDivElement>(sent && (why || (result?.[1] === 'rejected' && result[2])));
   return (
-    <section className="ros-Exchange" aria-label="Timeline">
+    <section ref={timeline} className="ros-Exchange" aria-label="Timeline" tabIndex={-1}>
       <div className="ros-Panel-head">
         <h3>Timeline{exchange ? `: ${exchange.name}` : ''}</h3>
         {exchange?.cancellable && (

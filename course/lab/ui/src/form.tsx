@@ -104,6 +104,16 @@ function OneField({ field, value, path, wrong, change }: FieldProps): JSX.Elemen
             onChange={event => change(event.target.checked)}
             {...described}
           />
+        ) : field.kind === 'scalar' && String(field.default).includes('\n') ? (
+          <textarea
+            id={id}
+            value={value}
+            rows={3}
+            disabled={field.read_only}
+            spellCheck={false}
+            onChange={event => change(event.target.value)}
+            {...described}
+          />
         ) : (
           <input
             id={id}

@@ -8,6 +8,7 @@ import { Current } from './current';
 import { Exchange, ExchangeView } from './exchange';
 import { Field, FormFields, Given, initial } from './form';
 import { Link } from './link';
+import { clock } from './log';
 import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
 
 export const inspectorIcon = new LabIcon({
@@ -309,6 +310,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   const [exchange, setExchange] = useKept<string | null>(memory, `${key} exchange`, null);
   const sent = React.useRef(''); // the number of what the reader has sent last since this form is shown
   const [reading, setReading] = React.useState(0);
+  const [read, setRead] = React.useState(0); // when the fields were read, s since 1970
   const typed = React.useRef(false); // since the form was asked for
   const change = (given: Given) => {
     typed.current = true;
@@ -338,6 +340,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         if (wanted) {
           setFailed('');
           setFields(found);
+          setRead(Date.now() / 1000);
           // A parameter's present value may differ from the one typed before.
           const kept = kind === 'parameter' && !typed.current ? {} : memory.get(`${key} given`);
           setGiven({ ...initial(found), ...kept });
@@ -430,7 +433,8 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       </div>
     );
   };
-  const waiting = count > 0 ? '(when nothing in the form is wrong)' : '…';
+  const refuses = kind === 'parameter' && one?.read_only === true;
+  const waiting = refuses ? '(its node refuses to set it)' : count > 0 ? '(when nothing in the form is wrong)' : '…';
   return (
     <>
       {(type || away) && (
@@ -465,7 +469,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         )}
         <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={change} />
         <div className="ros-Form-send">
-          <button type="submit" className="ros-mod-main" disabled={!complete || (kind === 'parameter' && one?.read_only)}>
+          <button type="submit" className="ros-mod-main" disabled={!complete || refuses}>
             {KINDS[kind].send}
           </button>
           {kind === 'parameter' && (
@@ -502,6 +506,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
             </label>
           )}
         </div>
+        {kind === 'parameter' && one && <p className="ros-quiet">The node’s values were read at {clock(read)}.</p>}
         <div role="status">
           {count > 0 && (
             <p className="ros-wrong">
@@ -517,9 +522,9 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
       </form>
       {exchange !== null && <ExchangeView link={link} number={exchange} sent={exchange === sent.current} remark={remark} />}
       <h3>The same in a terminal</h3>
-      <Code text={looked.ros2} what="The line" waiting={waiting} wrap />
+      <Code text={refuses ? '' : looked.ros2} what="The line" waiting={waiting} wrap />
       <h3>The same in Python</h3>
-      <Code text={looked.python} what="The program" waiting={waiting} />
+      <Code text={refuses ? '' : looked.python} what="The program" waiting={waiting} />
     </>
   );
 }

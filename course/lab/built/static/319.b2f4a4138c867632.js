@@ -1,4 +1,4 @@
-"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=(e.n(n))()(a());i.push([o.id,`/* The inspector and the graph. */
+"use strict";(self.rspackChunkros2_course_lab=self.rspackChunkros2_course_lab||[]).push([[319],{770(o,r,e){var t=e(601),a=e.n(t),i=e(314),n=(e.n(i))()(a());n.push([o.id,`/* The inspector and the graph. */
 
 .ros-Form,
 .ros-Form form,
@@ -44,7 +44,7 @@
   gap: 4px;
 }
 
-.ros-Form-value input:not([type='checkbox']) {
+.ros-Form-value :is(textarea, input:not([type='checkbox'])) {
   flex: 1 1 100px;
   font-family: var(--jp-code-font-family);
   min-width: 60px;
@@ -359,7 +359,7 @@
   flex-direction: column;
   gap: 6px;
 }
-`,""]),e.d(r,{},{A:i})},646(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=e.n(n),s=e(994),l=i()(a());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
+`,""]),e.d(r,{},{A:n})},646(o,r,e){var t=e(601),a=e.n(t),i=e(314),n=e.n(i),s=e(994),l=n()(a());l.i(s.A),l.push([o.id,`/* The course's part of JupyterLab, in the colours of its theme. */
 
 .ros-HandIn-body {
   max-width: 60ch;
@@ -701,7 +701,7 @@ body[data-jp-theme-light='false'] {
 
 .ros-Panel button:not(.ros-Node-name),
 .ros-Panel select,
-.ros-Panel input {
+.ros-Panel :is(input, textarea) {
   background: var(--jp-layout-color2);
   border: 1px solid var(--jp-border-color0);
   border-radius: 3px;
@@ -737,18 +737,19 @@ body[data-jp-theme-light='false'] {
   opacity: 0.5;
 }
 
-.ros-Panel :is(button, select, input, summary, [tabindex]):focus-visible {
+.ros-Panel :is(button, select, input, textarea, summary, [tabindex]):focus-visible {
   outline: 2px solid var(--jp-brand-color1);
   outline-offset: 1px;
 }
 
+/* It scrolls, and so would cut off the mark around what has the focus at its edge. */
 .ros-Nodes {
   flex: 0 1 auto;
   list-style: none;
-  margin: 0;
+  margin: 0 -3px;
   min-height: 60px;
   overflow: auto;
-  padding: 0;
+  padding: 0 3px;
 }
 
 .ros-Node {
@@ -1036,7 +1037,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
     visibility: hidden;
   }
 }
-`,""]),e.d(r,{},{A:l})},994(o,r,e){var t=e(601),a=e.n(t),n=e(314),i=(e.n(n))()(a());i.push([o.id,`/* The robot view. */
+`,""]),e.d(r,{},{A:l})},994(o,r,e){var t=e(601),a=e.n(t),i=e(314),n=(e.n(i))()(a());n.push([o.id,`/* The robot view. */
 
 .lm-DockPanel .ros-Panel {
   container-type: size; /* the picture has no more than its part of the panel's height */
@@ -1486,4 +1487,4 @@ body[data-jp-theme-light='false'] {
   --ros-robot-trail: #9a9a9a;
   --ros-robot-body: #e08bc9;
 }
-`,""]),e.d(r,{},{A:i})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,n){"string"==typeof o&&(o=[[null,o,void 0]]);var i={};if(t)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(i[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);t&&i[d[0]]||(void 0!==n&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=n),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},n=[],i=0;i<o.length;i++){var s=o[i],l=t.base?s[0]+t.base:s[0],p=a[l]||0,d="".concat(l," ").concat(p);a[l]=p+1;var c=e(d),h={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(h);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(h,t);t.byIndex=i,r.splice(i,0,{identifier:d,updater:m,references:1})}n.push(d)}return n}o.exports=function(o,a){var n=t(o=o||[],a=a||{});return function(o){o=o||[];for(var i=0;i<n.length;i++){var s=e(n[i]);r[s].references--}for(var l=t(o,a),p=0;p<n.length;p++){var d=e(n[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}n=l}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,n;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(n=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(n))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),n=e(825),i=e.n(n),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),h=e.n(c),m=e(113),f=e.n(m),b=e(646),x={};x.styleTagTransform=f(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=i(),x.insertStyleElement=h(),a()(b.A,x),b.A&&b.A.locals&&b.A.locals;var u=e(770),g={};g.styleTagTransform=f(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=i(),g.insertStyleElement=h(),a()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
+`,""]),e.d(r,{},{A:n})},314(o){o.exports=function(o){var r=[];return r.toString=function(){return this.map(function(r){var e="",t=void 0!==r[5];return r[4]&&(e+="@supports (".concat(r[4],") {")),r[2]&&(e+="@media ".concat(r[2]," {")),t&&(e+="@layer".concat(r[5].length>0?" ".concat(r[5]):""," {")),e+=o(r),t&&(e+="}"),r[2]&&(e+="}"),r[4]&&(e+="}"),e}).join("")},r.i=function(o,e,t,a,i){"string"==typeof o&&(o=[[null,o,void 0]]);var n={};if(t)for(var s=0;s<this.length;s++){var l=this[s][0];null!=l&&(n[l]=!0)}for(var p=0;p<o.length;p++){var d=[].concat(o[p]);t&&n[d[0]]||(void 0!==i&&(void 0===d[5]||(d[1]="@layer".concat(d[5].length>0?" ".concat(d[5]):""," {").concat(d[1],"}")),d[5]=i),e&&(d[2]&&(d[1]="@media ".concat(d[2]," {").concat(d[1],"}")),d[2]=e),a&&(d[4]?(d[1]="@supports (".concat(d[4],") {").concat(d[1],"}"),d[4]=a):d[4]="".concat(a)),r.push(d))}},r}},601(o){o.exports=function(o){return o[1]}},72(o){var r=[];function e(o){for(var e=-1,t=0;t<r.length;t++)if(r[t].identifier===o){e=t;break}return e}function t(o,t){for(var a={},i=[],n=0;n<o.length;n++){var s=o[n],l=t.base?s[0]+t.base:s[0],p=a[l]||0,d="".concat(l," ").concat(p);a[l]=p+1;var c=e(d),h={css:s[1],media:s[2],sourceMap:s[3],supports:s[4],layer:s[5]};if(-1!==c)r[c].references++,r[c].updater(h);else{var m=function(o,r){var e=r.domAPI(r);return e.update(o),function(r){r?(r.css!==o.css||r.media!==o.media||r.sourceMap!==o.sourceMap||r.supports!==o.supports||r.layer!==o.layer)&&e.update(o=r):e.remove()}}(h,t);t.byIndex=n,r.splice(n,0,{identifier:d,updater:m,references:1})}i.push(d)}return i}o.exports=function(o,a){var i=t(o=o||[],a=a||{});return function(o){o=o||[];for(var n=0;n<i.length;n++){var s=e(i[n]);r[s].references--}for(var l=t(o,a),p=0;p<i.length;p++){var d=e(i[p]);0===r[d].references&&(r[d].updater(),r.splice(d,1))}i=l}}},659(o){var r={};o.exports=function(o,e){var t=function(o){if(void 0===r[o]){var e=document.querySelector(o);if(window.HTMLIFrameElement&&e instanceof window.HTMLIFrameElement)try{e=e.contentDocument.head}catch(o){e=null}r[o]=e}return r[o]}(o);if(!t)throw Error("Couldn't find a style target. This probably means that the value for the 'insert' parameter is invalid.");t.appendChild(e)}},540(o){o.exports=function(o){var r=document.createElement("style");return o.setAttributes(r,o.attributes),o.insert(r,o.options),r}},56(o,r,e){o.exports=function(o){var r=e.nc;r&&o.setAttribute("nonce",r)}},825(o){o.exports=function(o){if("u"<typeof document)return{update:function(){},remove:function(){}};var r=o.insertStyleElement(o);return{update:function(e){var t,a,i;t="",e.supports&&(t+="@supports (".concat(e.supports,") {")),e.media&&(t+="@media ".concat(e.media," {")),(a=void 0!==e.layer)&&(t+="@layer".concat(e.layer.length>0?" ".concat(e.layer):""," {")),t+=e.css,a&&(t+="}"),e.media&&(t+="}"),e.supports&&(t+="}"),(i=e.sourceMap)&&"u">typeof btoa&&(t+="\n/*# sourceMappingURL=data:application/json;base64,".concat(btoa(unescape(encodeURIComponent(JSON.stringify(i))))," */")),o.styleTagTransform(t,r,o.options)},remove:function(){var o;null===(o=r).parentNode||o.parentNode.removeChild(o)}}}},113(o){o.exports=function(o,r){if(r.styleSheet)r.styleSheet.cssText=o;else{for(;r.firstChild;)r.removeChild(r.firstChild);r.appendChild(document.createTextNode(o))}}},850(o,r,e){var t=e(72),a=e.n(t),i=e(825),n=e.n(i),s=e(659),l=e.n(s),p=e(56),d=e.n(p),c=e(540),h=e.n(c),m=e(113),f=e.n(m),b=e(646),x={};x.styleTagTransform=f(),x.setAttributes=d(),x.insert=l().bind(null,"head"),x.domAPI=n(),x.insertStyleElement=h(),a()(b.A,x),b.A&&b.A.locals&&b.A.locals;var u=e(770),g={};g.styleTagTransform=f(),g.setAttributes=d(),g.insert=l().bind(null,"head"),g.domAPI=n(),g.insertStyleElement=h(),a()(u.A,g),u.A&&u.A.locals&&u.A.locals}}]);
