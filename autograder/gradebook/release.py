@@ -103,6 +103,7 @@ def set_up(course: Path) -> None:
     address.expect_usable(course)
     config = course / course_folder.CONFIGURATION
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
+    (course / "source").mkdir(exist_ok=True)  # which makes it one, see `course_folder`
     if not config.exists():
         config.write_text(COURSE_FILE, encoding="utf-8")
 

@@ -51,7 +51,8 @@ def test_a_course_folder_that_nbgrader_would_misread_is_refused(tmp_path, name):
     with pytest.raises(UsageError, match=why):
         release.set_up(course)
     assert not course.exists()
-    (course / "submitted").mkdir(parents=True)
+    for folder in ("source", "submitted"):
+        (course / folder).mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(release.COURSE_FILE)
     with pytest.raises(UsageError, match=why):
         late.course_config(course / "submitted")
