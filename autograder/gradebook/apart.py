@@ -5,9 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from autograder.errors import UsageError
-from autograder.gradebook.course_folder import CONFIGURATION
 from autograder.paths import repository
-from autograder.results.targets import NAMES, STEPS
+from autograder.results.targets import CONFIGURATION, NAMES, STEPS
 from course.foundation.untrusted import read_regular
 from course.notebook.stubs import RELEASED
 
@@ -22,7 +21,7 @@ def expect_apart(course: Path, students: Path) -> None:
     above = (inside, *inside.parents)
     if made in above:
         why = f"the course folder {inside}, which has the answers, would be in it: choose another folder for students"
-    elif any(inside / name in (made, *made.parents) for name in STEPS):
+    elif _is_in_a_step(made, inside):
         why = f"it belongs to a step of the course folder {inside}: choose another folder for students"
     elif released := _students_folder(inside):
         why = f"the course folder {inside} lies in {released}, which was made for students: choose another --course"
@@ -46,9 +45,13 @@ def expect_private(out: Path) -> None:
     made = out.resolve()
     if released := _students_folder(made):
         raise UsageError(f"{out} lies in {released}, which was made for students: choose another --output")
-    for name, folder in zip([each.name for each in (made, *made.parents)], made.parents, strict=False):
-        if name in STEPS and (folder / CONFIGURATION).exists():
-            raise UsageError(f"{out} lies in a step of the course folder {folder}: choose another --output")
+    for course in (each for each in made.parents if (each / CONFIGURATION).exists()):
+        if _is_in_a_step(made, course):
+            raise UsageError(f"{out} lies in a step of the course folder {course}: choose another --output")
+
+
+def _is_in_a_step(path: Path, course: Path) -> bool:
+    return any(course / name in (path, *path.parents) for name in STEPS)
 
 
 def _students_folder(path: Path) -> Path | None:
@@ -68,7 +71,7 @@ def _answers(folder: Path) -> Iterator[str]:
                     yield f"the link {shown}, which leads to {target}"
             elif path.name in NAMES:
                 yield f"{shown}, which belongs to a course folder or to results"
-            elif path.suffix in (".ipynb", ".py") and path.is_file() and _is_solved(path, solutions):
+            elif path.suffix in (".ipynb", ".py") and _is_solved(path, solutions):
                 yield f"{shown}, which has answers"
 
 

@@ -12,10 +12,9 @@ import stat
 from pathlib import Path
 
 from autograder.errors import UsageError
+from autograder.results.targets import CONFIGURATION, GRADEBOOK
 from autograder.submissions import provenance
 
-CONFIGURATION = "nbgrader_config.py"
-GRADEBOOK = "gradebook.db"
 MADE = ("source", GRADEBOOK)  # `autograder release` makes both in a course folder, and so does nbgrader
 log = logging.getLogger(__name__)
 
@@ -77,14 +76,20 @@ def _foreign(course: Path) -> str:
     shared = folder.st_uid in own and open_to == stat.S_IWGRP and folder.st_gid in {os.getegid(), *os.getgroups()}
     if not others or shared:
         return ""
-    return f"it belongs to {_name(others.pop())}. If it is the course's own, give the command as that user"
+    return f"it belongs to {user_name(others.pop())}. If it is the course's own, give the command as that user"
 
 
-def _name(user: int) -> str:
+def user_name(user: int | None) -> str:
+    """Return the name of a user of this machine, or else the number."""
+    return (known_user(user) if user is not None else "") or f"user id {user}"
+
+
+def known_user(user: int) -> str:
+    """Return the name of a user of this machine; '' if there is none with this number."""
     try:
         return pwd.getpwuid(user).pw_name
     except KeyError:
-        return f"user {user}"
+        return ""
 
 
 @functools.cache

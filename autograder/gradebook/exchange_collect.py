@@ -4,7 +4,6 @@ import contextlib
 import errno
 import logging
 import os
-import pwd
 import re
 import secrets
 import stat
@@ -19,6 +18,7 @@ from nbgrader.utils import ignore_patterns, parse_utc
 from traitlets import Bool
 
 from autograder.gradebook import ends, members
+from autograder.gradebook.course_folder import known_user, user_name
 from autograder.gradebook.late import LatePolicy
 from course.foundation import storage
 from course.foundation.times import MINUTES
@@ -148,7 +148,7 @@ class RegularCollect(ExchangeCollect):
 
     def _member(self, user: int) -> str:
         """Return the name of the member with this user id; '' when there is no such member."""
-        return _user(user) if self._members is None else self._members.get(user, "")
+        return known_user(user) if self._members is None else self._members.get(user, "")
 
     def _is_forged(self, record: dict[str, Any]) -> bool:
         """Return True if a hand-in was put there by somebody who cannot hand in for the student whom it names."""
@@ -315,19 +315,6 @@ class OwnersCollect(RegularCollect):
     """
 
     by_owner = Bool(True).tag(config=True)
-
-
-def _user(number: int) -> str:
-    """Return the name of a user of this machine; '' if there is none with this number."""
-    try:
-        return pwd.getpwuid(number).pw_name
-    except KeyError:
-        return ""
-
-
-def user_name(number: int | None) -> str:
-    """Return the name of a user of this machine, or else the number."""
-    return (_user(number) if number is not None else "") or f"user id {number}"
 
 
 def _to_come(time: datetime) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 
 from nbgrader.exchange.default.list import ExchangeList
 
+from autograder.gradebook.course_folder import user_name
 from autograder.gradebook.exchange_collect import (
     MOST_BYTES,
     MOST_ENTRIES,
@@ -21,7 +22,6 @@ from autograder.gradebook.exchange_collect import (
     is_folder,
     shown,
     small_text,
-    user_name,
 )
 
 

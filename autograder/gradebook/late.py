@@ -164,11 +164,11 @@ def course_config(submitted: Path) -> Config | None:
         LatePolicy(config=config)  # reports a mistake before anything is graded
         extensions.read(folder)
     except TraitError as error:
-        raise UsageError(f"{folder / 'nbgrader_config.py'}: {error}") from None
+        raise UsageError(f"{folder / course_folder.CONFIGURATION}: {error}") from None
     except UsageError:
         raise
     except Exception as error:  # the configuration is a program, and may raise anything
-        raise UsageError(f"{folder / 'nbgrader_config.py'} cannot be loaded: {error!r}") from error
+        raise UsageError(f"{folder / course_folder.CONFIGURATION} cannot be loaded: {error!r}") from error
     config.CourseDirectory.root = str(folder)
     return config
 

@@ -9,7 +9,8 @@ from autograder.results import output
 from autograder.submissions.roster import REMEMBERED
 from course.foundation import storage
 
-COURSE = ("gradebook.db", "nbgrader_config.py", "ends.json", "extensions.json", "members.json")
+GRADEBOOK, CONFIGURATION = "gradebook.db", "nbgrader_config.py"  # in nbgrader's course folder
+COURSE = (GRADEBOOK, CONFIGURATION, "ends.json", "extensions.json", "members.json")
 RESULTS = (output.RESULTS, output.HISTORY, output.DETAILS, output.ASKED, ".lock", ".returning", "returned.json")
 NAMES = {*COURSE, *RESULTS, REMEMBERED}  # of files that no command writes where it is told to
 STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
@@ -49,7 +50,7 @@ def refused(named: Path, outs: Iterable[Path] = (), submitted: Iterable[Path] = 
 
 
 def _is_course(folder: Path) -> bool:
-    return any((folder / name).exists() for name in COURSE[:2])
+    return any((folder / name).exists() for name in (GRADEBOOK, CONFIGURATION))
 
 
 def _same(one: Path, other: Path) -> bool:

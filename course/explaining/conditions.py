@@ -4,7 +4,7 @@ import ast
 import re
 from collections.abc import Iterable, Iterator
 
-from course.explaining.source import calls, name_of, the_method_itself
+from course.explaining.source import calls, name_of, outcome, the_method_itself
 from course.foundation.syntax import walk
 
 OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
@@ -72,12 +72,11 @@ def _never_equal(node: ast.Compare, own: set[str], *, of_goals: bool) -> Iterato
 
 def compared_with_nan(nodes: Iterable[ast.AST]) -> Iterator[tuple[int, str]]:
     """Yield comparisons with NaN, to which nothing is equal: `reading == math.nan`."""
-    for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
+    for node in (each for each in nodes if isinstance(each, ast.Compare) and outcome(each)):
         for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
-            text = ast.unparse(other)
-            if text in NOT_A_NUMBER and isinstance(node.ops[0], (ast.Eq, ast.NotEq, ast.Is, ast.IsNot)):
-                always = "false" if isinstance(node.ops[0], (ast.Eq, ast.Is)) else "true"
-                why = f"`{ast.unparse(node)}` is always {always}, because NaN is equal to nothing, not even to NaN."
+            if ast.unparse(other) in NOT_A_NUMBER:
+                why = f"`{ast.unparse(node)}` is always {outcome(node)}"
+                why += ", because NaN is equal to nothing, not even to NaN."
                 yield node.lineno, f"{why} Ask `np.isnan({ast.unparse(one)})`."
 
 

@@ -110,6 +110,7 @@ from course.explaining.source import (
     misspelt_init,
     name_of,
     named,
+    node_classes,
     parameter_callbacks,
     parse,
     service_callbacks,
@@ -629,8 +630,8 @@ def _of_the_class(found: re.Match[str], source: str, code: str) -> str:
 
 def _class_kept(code: str, method: str, source: str) -> ast.Assign | None:
     """Return the only statement that sets what a line calls a method of, if that keeps a class: `e = Executor`."""
-    owners = {ast.unparse(call.func.value) for call in calls(line_tree(code), method)
-              if isinstance(call.func, ast.Attribute)}  # fmt: skip
+    called = [call.func for call in calls(line_tree(code), method)]
+    owners = {ast.unparse(each.value) for each in called if isinstance(each, ast.Attribute)}
     found = (node for node in walk(parse(source)) if isinstance(node, ast.Assign))
     made = [node for node in found if owners & {*map(ast.unparse, node.targets)}]
     return made[0] if len(made) == 1 and re.match(r"[A-Z]\w*[a-z]", name_of(made[0].value)) else None
@@ -714,7 +715,7 @@ def _declared_already(found: re.Match[str], source: str) -> str:
 def _not_initialised(found: re.Match[str], source: str) -> str:
     """Return the hint on a node that is made before `rclpy.init()`, as by a class that need not be a node."""
     tree, before = parse(source), "`rclpy.init()` must be called before a node is made"
-    nodes = [each.name for each in walk(tree) if isinstance(each, ast.ClassDef) and "Node" in map(name_of, each.bases)]
+    nodes = [each.name for each in node_classes(tree)]
     if len(nodes) == 1 and not any(calls(tree, "init")) and "main" not in {each.name for each in functions(tree)}:
         return f"{before}, and '{nodes[0]}' is a node. If it needs nothing of ROS, leave its base `Node` out."
     return f"{before}."

@@ -12,12 +12,10 @@ from course.explaining.source import (
     last_parameter,
     name_of,
     named,
+    outcome,
     parameter_callbacks,
 )
 from course.foundation.syntax import walk
-
-OUTCOMES = {ast.Eq: "false", ast.NotEq: "true"}
-OF_NONE = {ast.Is: "false", ast.IsNot: "true"}
 
 
 def never_equal(tree: ast.AST) -> Iterator[tuple[int, str]]:
@@ -36,8 +34,7 @@ def _parameters(tree: ast.AST) -> Iterator[tuple[int, str]]:
         over = {name_of(each.target) for each in loops if ast.unparse(each.iter) == given and given not in stored}
         for node, one, other in _compared(nodes):
             if isinstance(one, ast.Name) and one.id in over and stored.count(one.id) == 1 and _is_text(other):
-                always = OUTCOMES[type(node.ops[0])]
-                why = f"`{ast.unparse(node)}` is always {always}: `{one.id}` is a Parameter."
+                why = f"`{ast.unparse(node)}` is always {outcome(node)}: `{one.id}` is a Parameter."
                 yield node.lineno, f"{why} Its name is `{one.id}.name`, and its value `{one.id}.value`."
 
 
@@ -52,8 +49,8 @@ def _responses(tree: ast.AST) -> Iterator[tuple[int, str]]:
         for node, one, other in _compared(nodes):
             of_a_response = isinstance(one, ast.Attribute) and (_is_response(one.value) or name_of(one.value) in names)
             if of_a_response and _is_text(other) and {each.get(name_of(one)) for each in responses} == {"boolean"}:
-                text, always = ast.unparse(one), OUTCOMES[type(node.ops[0])]
-                why = f"`{ast.unparse(node)}` is always {always}: the field is True or False, not a text."
+                text = ast.unparse(one)
+                why = f"`{ast.unparse(node)}` is always {outcome(node)}: the field is True or False, not a text."
                 yield node.lineno, f"{why} Use `{text}` alone, or `not {text}`."
 
 
@@ -78,7 +75,7 @@ def _options(tree: ast.AST) -> Iterator[tuple[int, str]]:
         if not name or any(_is_set_otherwise(node, name) for node in nodes):
             continue
         for node in (each for each in nodes if isinstance(each, ast.Compare) and len(each.ops) == 1):
-            always = OF_NONE.get(type(node.ops[0]))
+            always = outcome(node) if isinstance(node.ops[0], (ast.Is, ast.IsNot)) else ""
             if always and name_of(node.left) == name and getattr(node.comparators[0], "value", "") is None:
                 why = f"`{ast.unparse(node)}` is always {always}: with `action='store_true'`, `{option}` is True or"
                 yield node.lineno, f"{why} False, never None. An option with a number has `type=int` in its place."
@@ -97,6 +94,6 @@ def _is_text(node: ast.expr) -> bool:
 def _compared(nodes: list[ast.AST]) -> Iterator[tuple[ast.Compare, ast.expr, ast.expr]]:
     """Yield the comparisons for equality, each with its two sides in both orders."""
     for node in nodes:
-        if isinstance(node, ast.Compare) and len(node.ops) == 1 and type(node.ops[0]) in OUTCOMES:
+        if isinstance(node, ast.Compare) and outcome(node) and isinstance(node.ops[0], (ast.Eq, ast.NotEq)):
             left, right = node.left, node.comparators[0]
             yield from ((node, left, right), (node, right, left))

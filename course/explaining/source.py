@@ -460,6 +460,15 @@ def ends_its_node(source: str) -> tuple[str, int, str] | None:
     return None
 
 
+OUTCOMES: dict[type[ast.cmpop], str] = {ast.Eq: "false", ast.Is: "false", ast.NotEq: "true", ast.IsNot: "true"}
+
+
+def outcome(node: ast.AST) -> str:
+    """Return what the comparison of two values that are never equal always is, 'false' or 'true'; else ''."""
+    single = isinstance(node, ast.Compare) and len(node.ops) == 1
+    return OUTCOMES.get(type(node.ops[0]), "") if single else ""  # type: ignore[attr-defined]
+
+
 def node_classes(tree: ast.AST) -> list[ast.ClassDef]:
     """Return the classes that are derived from Node itself."""
     return [node for node in walk(tree) if isinstance(node, ast.ClassDef) and "Node" in map(name_of, node.bases)]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from course.explaining.conditions import asked_by
 from course.explaining.interface_fields import fields_of
-from course.explaining.source import Function, argument, calls, name_of, named
+from course.explaining.source import Function, argument, calls, name_of, named, outcome
 from course.foundation.syntax import walk
 
 # What makes a callback; the place and name of its type, the part that the callback gets, and as which argument.
@@ -43,11 +43,11 @@ def whole_values(tree: ast.AST) -> Iterator[tuple[int, str]]:
             for asked in asked_by(node):
                 if isinstance(asked, ast.Name) and asked.id == given:
                     yield asked.lineno, f"`{given}` is {what}, which is always true: {how}."
-            if isinstance(node, ast.Compare) and len(node.ops) == 1 and _is_constant(node.comparators[0]):
-                always = {ast.Eq: "false", ast.Is: "false", ast.NotEq: "true", ast.IsNot: "true"}.get(type(node.ops[0]))
-                if always and isinstance(node.left, ast.Name) and node.left.id == given:
-                    why = f"`{ast.unparse(node)}` is always {always}, because `{given}` is {what}"
-                    yield node.lineno, f"{why}: {how}."
+            if not isinstance(node, ast.Compare) or not outcome(node) or not _is_constant(node.comparators[0]):
+                continue
+            if isinstance(node.left, ast.Name) and node.left.id == given:
+                why = f"`{ast.unparse(node)}` is always {outcome(node)}, because `{given}` is {what}"
+                yield node.lineno, f"{why}: {how}."
 
 
 def _is_constant(node: ast.expr) -> bool:

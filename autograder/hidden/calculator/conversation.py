@@ -5,7 +5,7 @@ import random
 import re
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -197,17 +197,12 @@ class Calculator(Server):
             found.extend(numbers(MINUS.sub("-", "\n".join((lines - seen).elements()))))
             seen |= lines
             alike = [abs(number) for number in found if size.is_integer() or not number.is_integer()]
-            return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and any(
-                abs(abs(number) - size) <= ROUNDING + SEVEN_DIGITS * size and (result >= 0.0 or number < 0.0)
-                for number in found
-            )
+            signed = found if result >= 0.0 else [number for number in found if number < 0.0]
+            return sum(size / 2 <= number <= size * 2 + 1 for number in alike) <= CHATTER and _names(signed, result)
 
         is_logged = wait_until(when_changed(lambda: self.log, logged), limit)
-        all_results = [compute(question[0], question[2]) for compute in ANSWERS.values()]
-        self.logged_all = is_logged and all(
-            any(abs(abs(number) - abs(one)) <= ROUNDING + SEVEN_DIGITS * abs(one) for number in found)
-            for one in all_results
-        )
+        a, _, b = question
+        self.logged_all = is_logged and all(_names(found, compute(a, b)) for compute in ANSWERS.values())
         return is_logged
 
     def logs_request(self, question: Question, limit: float) -> bool:
@@ -340,6 +335,12 @@ class LeftAlone(Calculator):
             "Each answer depends on its own request alone, and not on when it comes: a request that came "
             f"{silence:.0f} s after the same one was answered otherwise, with {told(after, before)}."
         )
+
+
+def _names(logged: Iterable[float], value: float) -> bool:
+    """Return True if a logged number is this one, rounded and without its sign."""
+    size = abs(value)
+    return any(abs(abs(number) - size) <= ROUNDING + SEVEN_DIGITS * size for number in logged)
 
 
 def in_one_line(text: str) -> str:
