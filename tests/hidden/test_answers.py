@@ -39,12 +39,16 @@ def beside(exercise: str, test: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def begun(request, grade, judge):
-    """The gradings of the chosen tests, all begun at once, by exercise and by answer or answers judged as one."""
+    """The gradings of the chosen tests, all begun at once, by exercise and by answers, with the spared test, if any."""
     begun = {}
     for asked in chosen.parameters(request, "name"):
         exercise, name, test = asked["exercise"], asked["name"], asked.get("test")
         how = {"patience": answers.patience(exercise, name), "seed": answers.seed(exercise, name)}
-        if test:
+        if spared := asked.get("spared"):
+            others = [each for each in beside(exercise, spared).values() if each != name]
+            files = answers.merged(exercise, others)
+            begun[exercise, name, spared] = judge(files, exercise, f"test_{spared}", seed=how["seed"])
+        elif test:
             group = beside(exercise, test)
             names = tuple(group.values())
             if (exercise, names) not in begun:
@@ -101,12 +105,10 @@ def test_only(begun, exercise, test, name):
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize(("exercise", "test", "name"), PROOFS)
-def test_the_mistakes_judged_beside_it_do_not_cost_it(judge, exercise, test, name):
+@pytest.mark.parametrize(("exercise", "spared", "name"), PROOFS)
+def test_the_mistakes_judged_beside_it_do_not_cost_it(begun, exercise, spared, name):
     """So that it is its own mistake that loses a hidden test in `test_only`."""
-    others = [each for each in beside(exercise, test).values() if each != name]
-    files = answers.merged(exercise, others)
-    (verdict,) = judge(files, exercise, f"test_{test}", seed=answers.seed(exercise, name)).result().verdicts.values()
+    (verdict,) = begun[exercise, name, spared].result().verdicts.values()
     assert (verdict.outcome, verdict.message) == (PASSED, "")
 
 
