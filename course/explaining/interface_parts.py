@@ -12,7 +12,6 @@ from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 
 from course.explaining.arguments import response_first, unknown_keyword
-from course.explaining.interface_fields import fields_of
 from course.explaining.source import argument, calls, inside, name_of, named, no_result, parse, service_callbacks
 from course.foundation.syntax import walk
 
@@ -242,9 +241,8 @@ CLIENTS = {"Request": ("create_client", (0, "srv_type")), "Goal": ("ActionClient
 def _sent_type(name: str, part: str, source: str) -> str:
     """Return the type of the text's only client, or of one whose requests or goals have the field `name`; else ''."""
     maker, place = CLIENTS[part]
-    tree = parse(source)
-    kinds = [argument(call, *place) for call in calls(tree, maker)]
-    fit = [kind for kind in kinds if name in fields_of(tree, kind, part)] if name else kinds
+    kinds = [argument(call, *place) for call in calls(parse(source), maker)]
+    fit = [kind for kind in kinds if name in _fields(name_of(kind), part, source)] if name else kinds
     texts = {ast.unparse(kind) for kind in fit if kind}
     return texts.pop() if len(texts) == 1 else ""
 
@@ -271,14 +269,18 @@ def sent_by_name(found: re.Match[str], source: str) -> str:
         )
     if own in name.split("_") or own.startswith(name):
         return f"Did you mean `{own}=`?"
-    return unknown_keyword(found, source)
+    return unknown_keyword(found, source) or _takes(method, source)
 
 
 def nothing_sent(found: re.Match[str], source: str) -> str:
     """Return the hint on a client's method that is given no request, or no goal."""
-    part, what = SENT[found[1]]
+    return _takes(found[1], source)
+
+
+def _takes(method: str, source: str) -> str:
+    part, what = SENT[method]
     kind = _sent_type("", part, source) or "TheType"
-    return f"`{found[1]}` takes {what}: `{kind}.{part}(...)`, with the values in its fields."
+    return f"`{method}` takes {what}: `{kind}.{part}(...)`, with the values in its fields."
 
 
 def sub_message(found: re.Match[str], source: str) -> str:
