@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import rclpy.action
+import rclpy.client
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.node import Node
 
@@ -85,7 +86,12 @@ def response_first(source: str) -> str:
 
 
 NO_CALLBACK = "A publisher has no callback: `create_publisher(TheType, 'topic', 10)`."
-OF_RCLPY = {"ActionClient": rclpy.action.ActionClient, "ActionServer": rclpy.action.ActionServer, "Node": Node}
+OF_RCLPY = {
+    "ActionClient": rclpy.action.ActionClient,
+    "ActionServer": rclpy.action.ActionServer,
+    "Client": rclpy.client.Client,
+    "Node": Node,
+}
 
 
 def unknown_keyword(found: re.Match[str], source: str) -> str:

@@ -32,13 +32,16 @@ from course.explaining.clashes import two_types
 from course.explaining.endings import around, ended_twice, refused_by_raising
 from course.explaining.field_values import no_value
 from course.explaining.interface_parts import (
+    SENT,
     by_name,
     no_such_argument,
     no_such_field,
     not_a_list,
     not_a_message,
+    nothing_sent,
     of_a_goal_handle,
     sent,
+    sent_by_name,
     sub_message,
     type_for_goal,
     unknown_field,
@@ -126,6 +129,7 @@ from course.foundation.syntax import walk
 # Attributes of rclpy's node whose names a class may use by mistake.
 OF_A_NODE = ("_parameters", "_parameter_overrides", "_descriptors", "_clock", "_logger", "_context")
 Function = ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda
+SENDS = "|".join(SENT)
 LOOKED = 4000  # characters: an error may hold all that a program has printed
 
 
@@ -855,6 +859,8 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"has no attribute '_TYPE_SUPPORT'|incompatible constructor arguments", order_of_arguments),
     (r"(?:type object '\w+'|'str' object) has no attribute 'default_callback_group'", order_of_arguments),
+    (rf"(\w+)\.({SENDS})\(\) got an unexpected keyword argument '(\w+)'", sent_by_name),
+    (rf"\w+\.({SENDS})\(\) missing 1 required positional argument: '(?:goal|request)'", nothing_sent),
     (r"(\w+)\.(\w+)\(\) got an unexpected keyword argument '(\w+)'", unknown_keyword),
     (r"(\w+)\.__init__\(\) got an unexpected keyword argument '(\w+)'", type_for_goal),
     (
@@ -874,7 +880,10 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"Node\.get_logger\(\) takes 1 positional argument but",
         _says("`get_logger()` takes no text. A method of the logger logs one: `self.get_logger().info('...')`."),
     ),
-    (r"object has no attribute '_executor_event'", _hidden_in_a_class),
+    (
+        r"object has no attribute '(?:_executor_event|add_entity)'|does not support the context manager protocol",
+        _hidden_in_a_class,
+    ),
     (r"Expected QoSProfile or int, but received|execution callback: not callable", order_of_arguments),
     (r"^TypeError: spin\(\) missing 1", _says("`rclpy.spin(node)` needs the node whose callbacks it should run.")),
     (r"The (service|message) type provided is not valid \(<class '(\w+)\.(\w+)\..*\.(\w+)'>", wrong_kind),

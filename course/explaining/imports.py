@@ -33,7 +33,7 @@ def wrong_import(module: str, name: str, source: str) -> str:
     """
     known = installed()
     package, _, kind = module.partition(".")
-    for each in [name] if name else _imported(module, source):
+    for each in [name] if name else imported(module, source):
         places = places_of(each, known)
         own = [place for place in places if place.split(".")[0] == package]
         if own:
@@ -65,7 +65,7 @@ def is_there(package: str) -> bool:
     return package in installed()
 
 
-def _imported(module: str, source: str) -> list[str]:
+def imported(module: str, source: str) -> list[str]:
     """Return the names that a program imports from `module`, or from modules in it."""
     imports = (node for node in walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module)
     inside = (node for node in imports if f"{node.module}.".startswith(f"{module}."))

@@ -5,12 +5,13 @@ import difflib
 import importlib
 import re
 import sys
+from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action.client import ClientGoalHandle
 from rclpy.action.server import ServerGoalHandle
 
-from course.explaining.arguments import response_first
+from course.explaining.arguments import response_first, unknown_keyword
 from course.explaining.source import argument, calls, inside, name_of, named, no_result, parse, service_callbacks
 from course.foundation.syntax import walk
 
@@ -42,9 +43,24 @@ def unknown_field(found: re.Match[str], source: str) -> str:
                         f"`{ast.unparse(node)}` makes a request. Set the fields of the response that '{function.name}' "
                         "is given, and return that."
                     )
+    if empty := _without_fields(message, part, name, source):
+        return empty
     if (part, name) == ("Goal", "request") and name not in fields:
         return "A goal callback gets the goal itself, not a goal handle: its fields are read without `.request`."
     return _has_fields(f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}", fields, name)
+
+
+def _without_fields(message: str, part: str, name: str, source: str) -> str:
+    """Return the hint on a field of a part of an interface that has no fields, as the request of Trigger; or ''."""
+    kind = _kind(message, part, source)
+    if not part or kind is None or kind.get_fields_and_field_types():
+        return ""
+    what = f"The {part.lower()} of {message} has no fields"
+    if part == "Request" and name in _fields(message, "Response", source):
+        return f"{what}: `{name}` is a field of its response."
+    imports = (node for node in walk(parse(source)) if isinstance(node, ast.ImportFrom))
+    others = [each.name for node in imports for each in node.names if name in _fields(each.name, part, source)]
+    return f"{what}. `{name}` is a field of the {part.lower()} of {others[0]}." if others else f"{what}."
 
 
 def no_such_field(found: re.Match[str], source: str) -> str:
@@ -128,6 +144,8 @@ def no_such_argument(found: re.Match[str], source: str, code: str) -> str:
                 f"`{message}` is still the type of the build before: import it again, "
                 f"`from {package} import {message}`."
             )
+        if empty := _without_fields(message, part, name, source):
+            return empty
         if fields := _fields(message, part, source):
             what = f"{'A' if part == 'Request' else 'The'} {part.lower()} of {message}" if part else message
             return _has_fields(what, fields, name)
@@ -148,15 +166,22 @@ def _imported_before(message: str, part: str, field: str) -> str:
     return package if old is not new and field in fields else ""
 
 
-def _fields(message: str, part: str, source: str) -> list[str]:
-    """Return the fields of a type that the program imports, if it is known here."""
+def _kind(message: str, part: str, source: str) -> Any:
+    """Return the class of a type that the program imports, or of this part of it; None if it is not known here."""
     module = re.search(rf"from ([\w.]+) import (?:\([^)]*|[^\n]*)\b{message}\b", source)
     known = getattr(sys.modules.get("__main__"), message, None)
     try:
         kind = getattr(importlib.import_module(module[1]), message) if module else known
-        return list((getattr(kind, part) if part else kind).get_fields_and_field_types())  # type: ignore[union-attr]
-    except (ImportError, AttributeError, TypeError):
-        return []
+        made = getattr(kind, part) if part else kind
+    except (ImportError, AttributeError):
+        return None
+    return made if hasattr(made, "get_fields_and_field_types") else None
+
+
+def _fields(message: str, part: str, source: str) -> list[str]:
+    """Return the fields of a type that the program imports, if it is known here."""
+    kind = _kind(message, part, source)
+    return [*kind.get_fields_and_field_types()] if kind else []
 
 
 def wrong_type(found: re.Match[str], source: str) -> str:
@@ -210,6 +235,52 @@ OF_AN_ACTION, OF_A_SERVICE = ("Goal", "a goal"), ("Request", "a request")
 
 
 SENT = {"send_goal": OF_AN_ACTION, "send_goal_async": OF_AN_ACTION, "call": OF_A_SERVICE, "call_async": OF_A_SERVICE}
+CLIENTS = {"Request": ("create_client", (0, "srv_type")), "Goal": ("ActionClient", (1, "action_type"))}
+
+
+def _sent_type(name: str, part: str, source: str) -> str:
+    """Return the type of the text's only client, or of one whose requests or goals have the field `name`; else ''."""
+    maker, place = CLIENTS[part]
+    kinds = [argument(call, *place) for call in calls(parse(source), maker)]
+    fit = [kind for kind in kinds if name in _fields(name_of(kind), part, source)] if name else kinds
+    texts = {ast.unparse(kind) for kind in fit if kind}
+    return texts.pop() if len(texts) == 1 else ""
+
+
+def sent_by_name(found: re.Match[str], source: str) -> str:
+    """Return the hint on an argument that a client's method does not take by this name: `call_async(a=1, b=2)`."""
+    method, name = found[2], found[3]
+    part, what = SENT[method]
+    own = part.lower()
+    if kind := _sent_type(name, part, source):
+        return f"`{method}` takes {what}, with the values in its fields: `{kind}.{part}({name}=...)`."
+    if "timeout" in name and method.endswith("_async"):
+        waits = "`ros.wait(future, timeout=...)`"
+        if "rclpy.init(" in source:
+            waits = "`rclpy.spin_until_future_complete(node, future, timeout_sec=...)`"
+        how = "leave it out" if "create_service" in source else f"{waits} takes one"
+        return f"`{method}` returns at once, so it takes no time limit: {how}."
+    if name.endswith("callback") and "feedback" not in name:
+        done = "the answer comes" if part == "Request" else "the goal is accepted or rejected"
+        takes = "takes no callback" if part == "Request" else "takes one callback, `feedback_callback=`"
+        return (
+            f"`{method}` {takes}. What is to be called when {done} is given to the future that it returns: "
+            "`future.add_done_callback(...)`."
+        )
+    if own in name.split("_") or own.startswith(name):
+        return f"Did you mean `{own}=`?"
+    return unknown_keyword(found, source) or _takes(method, source)
+
+
+def nothing_sent(found: re.Match[str], source: str) -> str:
+    """Return the hint on a client's method that is given no request, or no goal."""
+    return _takes(found[1], source)
+
+
+def _takes(method: str, source: str) -> str:
+    part, what = SENT[method]
+    kind = _sent_type("", part, source) or "TheType"
+    return f"`{method}` takes {what}: `{kind}.{part}(...)`, with the values in its fields."
 
 
 def sub_message(found: re.Match[str], source: str) -> str:

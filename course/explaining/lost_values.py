@@ -26,6 +26,7 @@ def lost_values(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     yield from _gathered_in_vain(tree)
     yield from _differences_of_one_value(tree, skipped)
     yield from _methods_shown(tree)
+    yield from _filled_in_vain(tree, skipped)
 
 
 def _bodies(function: ast.AST) -> Iterator[list[ast.stmt]]:
@@ -137,3 +138,31 @@ def _methods_shown(tree: ast.Module) -> Iterator[tuple[int, str]]:
             if isinstance(shown, ast.Attribute) and name_of(shown.value) == "self" and shown.attr in own:
                 text = ast.unparse(shown)
                 yield shown.lineno, f"`{{{text}}}` shows the method itself. Call it: `{{{text}()}}`."
+
+
+def _filled_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield empty messages that are published, where one of the same type is filled and nothing uses it."""
+    for function in functions(tree):
+        nodes = [*walk(function)]
+        filled = [node.value for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+        roots = {_root(each) for each in filled}
+        used = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
+        kept = {node.id for node in used if node not in roots}
+        kept |= {name for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+        for call in calls(function, "publish"):
+            made = [node for node in nodes if isinstance(node, ast.Assign) and len(call.args) == 1
+                    and isinstance(call.args[0], ast.Call) and not (call.args[0].args or call.args[0].keywords)
+                    and ast.unparse(node.value) == ast.unparse(call.args[0])]  # fmt: skip
+            for node in made:
+                name = node.targets[0].id if isinstance(node.targets[0], ast.Name) else ""
+                if name in {each.id for each in roots if isinstance(each, ast.Name)} - kept:
+                    why = f"`{ast.unparse(call.args[0])}` makes a new, empty message here, and nothing uses `{name}`"
+                    how = f"{ast.unparse(call.func)}({name})"
+                    yield call.lineno, f"{why}, which is filled below line {node.lineno - skipped}. Write `{how}`."
+
+
+def _root(node: ast.expr) -> ast.expr:
+    """Return what an attribute of an attribute, and so on, belongs to: `command` of `command.linear.x`."""
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node

@@ -5,12 +5,15 @@ import builtins
 import contextlib
 import difflib
 import importlib
+import pkgutil
 import re
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from course.explaining.imports import installed, is_there, places_of, told, wrong_import
+import rclpy
+
+from course.explaining.imports import imported, installed, is_there, places_of, told, wrong_import
 from course.explaining.mixups import hidden_by_file
 from course.explaining.source import (
     functions,
@@ -28,6 +31,7 @@ from course.foundation.syntax import walk
 from course.foundation.untrusted import read_regular
 
 MOST = 1_000_000  # bytes of a file that is searched
+ALIKE = 0.8  # least similarity of two names of a module of rclpy
 OWN_FILE = 0.7  # least similarity of a module's name and the file that may be meant
 
 
@@ -152,12 +156,27 @@ def of_rclpy(found: re.Match[str], source: str) -> str:
 
 
 def _module_with(name: str, usual: Iterable[str]) -> str:
-    """Return the first of the `usual` modules that has `name`; '' if none has."""
+    """Return the one of the `usual` modules that makes `name`, or the first that has it; '' if none has."""
+    having = []
     for module in usual:
         with contextlib.suppress(ImportError):
-            if hasattr(importlib.import_module(module), name):
-                return module
-    return ""
+            if hasattr(made := importlib.import_module(module), name):
+                having.append((module, getattr(getattr(made, name), "__module__", None)))
+    own = [module for module, maker in having if f"{maker}.".startswith(f"{module}.")]
+    return next(iter(own or [module for module, _ in having]), "")
+
+
+def _module_of_rclpy(module: str, source: str) -> str:
+    """Return the hint on a module that rclpy does not have: `rclpy.executor`; '' if none is like it."""
+    known = [f"rclpy.{each.name}" for each in pkgutil.iter_modules(rclpy.__path__)]
+    near = difflib.get_close_matches(module, known, 1, ALIKE)
+    names = imported(module, source)
+    if not near or (names and not _module_with(names[0], near)):
+        places = [(each, place) for each in names if (place := _module_with(each, OF_RCLPY))]
+        if places:
+            name, place = places[0]
+            return f"rclpy has no module `{module}`. {name} is in {place}: write `from {place} import {name}`."
+    return f"Did you mean `{near[0]}`?" if near else ""
 
 
 def is_a_module(found: re.Match[str], source: str, code: str) -> str:
@@ -319,6 +338,8 @@ def is_module(found: re.Match[str], source: str) -> str:
         return f"Did you mean `{near[0]}`?" if near else ""
     if "." in found[1] and (hidden := hidden_by_file(found, source)):
         return hidden
+    if package == rclpy.__name__ and "." in found[1]:
+        return _module_of_rclpy(found[1], source)
     if wrong := wrong_import(found[1], "", source):
         return wrong
     if is_there(package):

@@ -1,6 +1,8 @@
 """Hints on a line that Python refuses, from the text around it."""
 
+import io
 import re
+import tokenize
 
 BEGINS = re.compile(r"([ \t]*)(?:async )?def \w+\(\s*self\b")  # of a method
 
@@ -10,6 +12,8 @@ def refused(text: str, error: SyntaxError) -> str:
     lines, number = text.splitlines(), error.lineno or 0
     line = lines[number - 1] if 0 < number <= len(lines) else error.text or ""
     found = (why(line) for why in (else_if, decimal_comma, unquoted_command))
+    if UNCLOSED in (error.msg or ""):
+        return unclosed(text)
     return next(filter(None, found), "") or (moved_def(lines, number) if UNLIKE in (error.msg or "") else "")
 
 
@@ -29,6 +33,31 @@ def unquoted_command(line: str) -> str:
     if not re.search(r"\bterminal\(\s*(?:python3?|ros2)\s", line):
         return ""
     return "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`."
+
+
+UNCLOSED = "unterminated triple-quoted string literal"
+OPERATORS = {"and", "else", "for", "if", "in", "is", "not", "or"}  # words of Python that may follow a text
+
+
+def unclosed(text: str) -> str:
+    """Return the hint on a text of several lines that only the quotation marks of another one end; '' without one.
+
+    A name follows it in its last line: those quotation marks are meant to begin a text.
+    """
+    before = None
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            follows = token.type == tokenize.NAME and token.string not in OPERATORS
+            if before and follows and before.start[0] < before.end[0] == token.start[0]:
+                return (
+                    f"The text that begins in line {before.start[0]} lacks its end: the quotation marks of line "
+                    f"{token.start[0]}, which should begin another one, close it. Write `{before.string[-3:]}` where "
+                    "it should end."
+                )
+            before = token if token.type == tokenize.STRING and token.string[-3:] in ('"""', "'''") else None
+    except (tokenize.TokenError, SyntaxError):
+        return ""
+    return ""
 
 
 UNLIKE = "unindent does not match any outer indentation level"

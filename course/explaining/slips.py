@@ -300,22 +300,29 @@ def methods_asked(tree: ast.AST) -> Iterator[tuple[int, str]]:
 
 
 SPUN = {  # properties of a node that its executor reads, and what makes their parts; each node has services of its own
-    "clients": "create_client",
-    "services": "",
-    "subscriptions": "create_subscription",
-    "timers": "create_timer",
+    "clients": ("create_client",),
+    "guards": ("create_guard_condition",),
+    "services": (),
+    "subscriptions": ("create_subscription",),
+    "timers": ("create_timer",),
+    "waitables": ("ActionClient", "ActionServer"),
 }
+NEEDED = ("default_callback_group", "handle")  # the same, without which no node can be made
 
 
 def hides_a_property(tree: ast.AST) -> Iterator[tuple[int, str]]:
-    """Yield attributes of a node's class that hide what the executor reads of the node: `services = {}`."""
+    """Yield attributes of a node's class that hide what the executor, or the node itself, reads: `services = {}`."""
     for node in (each for cls in node_classes(tree) for each in cls.body):
         if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
             continue
         targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        for name in (each.id for each in targets if isinstance(each, ast.Name) and each.id in SPUN):
+        for name in (each.id for each in targets if isinstance(each, ast.Name)):
+            if name in NEEDED:
+                yield node.lineno, f"`{name}` hides rclpy's own `{name}` of a node: choose another name."
+            if name not in SPUN:
+                continue
             is_empty = ast.unparse(node.value) in ("[]", "{}", "()", "set()", "list()", "dict()")
-            if is_empty and SPUN[name] and not next(calls(tree, SPUN[name]), None):
+            if is_empty and SPUN[name] and not any(next(calls(tree, maker), None) for maker in SPUN[name]):
                 continue  # then it hides nothing
             why = f"`{name}` hides rclpy's own `{name}` of a node, by which the executor finds its {name}"
             yield node.lineno, f"{why}: choose another name."

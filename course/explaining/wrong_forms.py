@@ -10,6 +10,8 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
+import rclpy
+
 from course.explaining.interface_fields import fields_of
 from course.explaining.mixups import line_tree
 from course.explaining.overwritten import called
@@ -25,6 +27,7 @@ from course.explaining.source import (
     named,
     parse,
 )
+from course.explaining.whole_values import given_to_callbacks
 from course.foundation.syntax import walk
 
 Hint = Callable[[re.Match[str], str, str], str]
@@ -161,26 +164,37 @@ def _of_the_client(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-def _of_the_request(name: str, source: str, code: str) -> str:
-    """Return how a service callback reads the field `name` of its request: `request.a`; '' for another name."""
+def _of_what_is_given(name: str, source: str, code: str) -> str:
+    """Return the hint on a field that a callback reads without what it belongs to: `a` for `request.a`."""
+    for function, given, part, fields in given_to_callbacks(parse(source)):
+        if name in fields and code in (ast.get_source_segment(source, function) or ""):
+            return f"`{name}` is a field of the {part.lower() or 'message'}: write `{given}.{name}`."
+    return ""
+
+
+def _of_the_topic(name: str, source: str, code: str) -> str:
+    """Return the hint on the name of a topic in its callback, which gets a message with one field: `error`."""
     tree = parse(source)
-    for call in calls(tree, "create_service"):
-        fields = fields_of(tree, argument(call, 0, "srv_type"), "Request")
-        for function in named(tree, {name_of(argument(call, *CALLBACKS["create_service"]))}):
+    for call in calls(tree, "create_subscription"):
+        topic = str(getattr(argument(call, 1, "topic"), "value", "")).rpartition("/")[2]
+        fields = [*fields_of(tree, argument(call, 0, "msg_type"))]
+        for function in named(tree, {name_of(argument(call, *CALLBACKS["create_subscription"]))}):
             inside = code in (ast.get_source_segment(source, function) or "")
-            if name in fields and inside and len(function.args.args) > 1:
-                return f"{function.args.args[-2].arg}.{name}"
+            if topic == name and inside and len(fields) == 1 and not _times_set(name, tree):
+                return f"The value on the topic '{name}' is in its message: `{last_parameter(function)}.{fields[0]}`."
     return ""
 
 
 def _attribute_of_a_node(found: re.Match[str], source: str, code: str) -> str:
-    """Return the hint on a field of the request, or a parameter, that is taken for an attribute of the node."""
+    """Return the hint on a field of what a callback is given, or a parameter, taken for an attribute of the node."""
     name = found[2]
-    if re.search(rf"\bself\.{name}\b(?!\s*\()", code) and (field := _of_the_request(name, source, code)):
-        return f"`{name}` is a field of the request: write `{field}`."
+    if re.search(rf"\bself\.{name}\s*=[^=]", source):
+        return ""
+    if re.search(rf"\bself\.{name}\b(?!\s*\()", code) and (field := _of_what_is_given(name, source, code)):
+        return field
     declared = [argument(call, 0, "name") for call in calls(parse(source), "declare_parameter")]
     known = any(isinstance(each, ast.Constant) and each.value == name for each in declared)
-    if known and f"self.{name}" in code and not re.search(rf"\bself\.{name}\s*=[^=]", source):
+    if known and f"self.{name}" in code:
         return f"'{name}' is a parameter: its value is `self.get_parameter('{name}').value`."
     return ""
 
@@ -213,8 +227,10 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
         return text
     if name == "node" and _is_in_a_method(source):
         return "In a method the node is `self`."
-    if field := _of_the_request(name, source, code):
-        return f"`{name}` is a field of the request: write `{field}`."
+    if field := _of_what_is_given(name, source, code):
+        return field
+    if not re.search(rf"\bself\.{name}\b", source) and (value := _of_the_topic(name, source, code)):
+        return value
     for module, short in (("math", "math"), ("numpy", "np")):
         here = re.search(rf"^import {module}(?: as {short})?$", source, re.MULTILINE)
         if name in OF_MATH and here:
@@ -222,7 +238,20 @@ def _name(found: re.Match[str], source: str, code: str) -> str:
         if name == short and f"{name}." in code:
             how = f"import {module}" + (f" as {short}" if short != module else "")
             return f"`{how}` is missing at the beginning."
-    return ""
+    return _module(name, source, code)
+
+
+def _module(name: str, source: str, code: str) -> str:
+    """Return the hint on a module that a text uses, and from which it imports names alone, or nothing."""
+    known = name in sys.stdlib_module_names or name == rclpy.__name__
+    parts = [part for part in re.findall(rf"(?<![\w.]){name}\.(\w+)", code) if hasattr(sys.modules.get(name), part)]
+    if not known or not parts:
+        return ""
+    nodes = [node for node in walk(parse(source)) if isinstance(node, ast.ImportFrom) and node.module == name]
+    own = [node for node in nodes if parts[0] in {each.asname or each.name for each in node.names}]
+    if own:
+        return f"`{ast.unparse(own[0])}` imports the name without its module: write `{parts[0]}`, without `{name}.`."
+    return f"`import {name}` is missing at the beginning."
 
 
 def _is_in_a_method(source: str) -> bool:

@@ -1685,9 +1685,9 @@ def test_a_method_of_the_program_is_not_taken_for_one_of_its_name_of_rclpy():
         ("count", ("self.count = 0", "count += 1"), "An attribute of the node needs `self.`: write `self.count`."),
         ("given", ("self.given = given", "given()"), "An attribute of the node needs `self.`: write `self.given`."),
         ("time", ("self.time = 0.0", "return time + 1"), "An attribute of the node needs `self.`: write `self.time`."),
-        ("time", ("self.time = 0.0", "now = time.monotonic()"), ""),
+        ("time", ("self.time = 0.0", "now = time.monotonic()"), "`import time` is missing at the beginning."),
         ("deque", ("self.deque = deque(maxlen=5)", "pass"), ""),
-        ("random", ("pass", "self.random = random.randint(1, 6)"), ""),
+        ("random", ("pass", "self.random = random.randint(1, 6)"), "`import random` is missing at the beginning."),
     ],
 )
 def test_what_is_not_imported_is_not_called_an_attribute(name, lines, says):

@@ -64,6 +64,10 @@ OF_A_SERVER = "self.create_service(Add, '/add', self.add)"
 OF_A_CLIENT = "self.client = self.create_client(Add, '/add')"
 ON_A_CLASS = "TypeError: Agent.decide() missing 1 required positional argument: 'distances'"
 HAS_AN_AGENT = "rclpy.init()\nself.agent = Agent()\n"
+CALLED_WITH = "TypeError: Client.call_async() got an unexpected keyword argument '{}'"
+SENT_WITH = "TypeError: ActionClient.send_goal_async() got an unexpected keyword argument '{}'"
+ASKS = "from example_interfaces.srv import AddTwoInts\nself.client = self.create_client(AddTwoInts, '/add')"
+SENDS = f"{FIBONACCI}\nself.client = ActionClient(self, Fibonacci, '/fibonacci')"
 NO_SUPPORT = "AttributeError: type object 'str' has no attribute '_TYPE_SUPPORT'"
 UNDECLARED = "rclpy.exceptions.ParameterNotDeclaredException: Invalid access to undeclared parameter(s): "
 NO_ATTRIBUTE = "AttributeError: 'Motors' object has no attribute 'stopped'"
@@ -605,6 +609,76 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "def go(self):\n    action = {'linear': 0.1, 'angular': 0.2}\n    cmd.linear.x, cmd.angular.z = action\n",
             "cmd.linear.x, cmd.angular.z = action",
             "`action` is a dict: write one of its values, `action['linear']` or `action['angular']`.$",
+        ),
+        (
+            "AttributeError: 'Trigger_Request' object has no attribute 'data'",
+            "from std_srvs.srv import SetBool, Trigger",
+            "self.on = request.data",
+            "The request of Trigger has no fields. `data` is a field of the request of SetBool.$",
+        ),
+        (
+            "AttributeError: 'Trigger_Request' object has no attribute 'data'",
+            "from std_srvs.srv import Trigger",
+            "self.on = request.data",
+            "The request of Trigger has no fields.$",
+        ),
+        (
+            "AttributeError: 'Trigger_Request' object has no attribute 'message'",
+            "from std_srvs.srv import Trigger",
+            "request.message = 'on'",
+            "The request of Trigger has no fields: `message` is a field of its response.$",
+        ),
+        (
+            "AssertionError: Invalid arguments passed to constructor: data",
+            "from std_srvs.srv import Trigger",
+            "request = Trigger.Request(data=True)",
+            "The request of Trigger has no fields.$",
+        ),
+        (CALLED_WITH.format("a"), ASKS, "", "with the values in its fields: `AddTwoInts.Request(a=...)`.$"),
+        (CALLED_WITH.format("req"), ASKS, "", "Did you mean `request=`?"),
+        (CALLED_WITH.format("add_request"), ASKS, "", "Did you mean `request=`?"),
+        (CALLED_WITH.format("number"), ASKS, "", "`call_async` takes a request: `AddTwoInts.Request(...)`, with"),
+        (SENT_WITH.format("number"), "", "", "`send_goal_async` takes a goal: `TheType.Goal(...)`, with the val"),
+        (CALLED_WITH.format("done_callback"), ASKS, "", "`call_async` takes no callback. What is to be called"),
+        (
+            CALLED_WITH.format("timeout_sec"),
+            f"{ASKS}\nrclpy.init()",
+            "",
+            "no time limit: `rclpy.spin_until_future_complete(node, future, timeout_sec=...)` takes one.$",
+        ),
+        (CALLED_WITH.format("timeout_sec"), ASKS, "", "limit: `ros.wait(future, timeout=...)` takes one.$"),
+        (
+            CALLED_WITH.format("timeout_sec"),
+            f"{ASKS}\nrclpy.init()\nself.create_service(Trigger, 'relay', self.relay)",
+            "",
+            "`call_async` returns at once, so it takes no time limit: leave it out.$",
+        ),
+        ("TypeError: Client.call() got an unexpected keyword argument 'timeout'", ASKS, "", "mean `timeout_sec=`?"),
+        (
+            "TypeError: Client.call_async() missing 1 required positional argument: 'request'",
+            ASKS,
+            "future = self.client.call_async()",
+            "`call_async` takes a request: `AddTwoInts.Request(...)`, with the values in its fields.$",
+        ),
+        (SENT_WITH.format("order"), SENDS, "", "with the values in its fields: `Fibonacci.Goal(order=...)`.$"),
+        (SENT_WITH.format("goal_msg"), SENDS, "", "Did you mean `goal=`?"),
+        (SENT_WITH.format("feedback"), SENDS, "", "Did you mean `feedback_callback=`?"),
+        (SENT_WITH.format("goal_callback"), SENDS, "", "takes one callback, `feedback_callback=`. What is to be"),
+        ("ModuleNotFoundError: No module named 'rclpy.executor'", "", "", "Did you mean `rclpy.executors`?"),
+        ("ModuleNotFoundError: No module named 'rclpy.actions'", "", "", "Did you mean `rclpy.action`?"),
+        ("ModuleNotFoundError: No module named 'rclpy.callback_group'", "", "", "mean `rclpy.callback_groups`?"),
+        (
+            "ModuleNotFoundError: No module named 'rclpy.exception'",
+            "from rclpy.exception import ExternalShutdownException",
+            "",
+            "ExternalShutdownException is in rclpy.executors: write `from rclpy.executors import ExternalShutdownExc",
+        ),
+        ("ModuleNotFoundError: No module named 'rclpy.motors'", "from rclpy.motors import Motor", "", ""),
+        (
+            "ImportError: cannot import name 'QoSProfile' from 'rclpy.action' (action.py)",
+            "",
+            "",
+            "QoSProfile is in rclpy.qos: write `from rclpy.qos import QoSProfile`.",
         ),
         (f"{OVERRIDES} '-p max_speed'. Error: E", "", "", "without a space: `-p max_speed:=2.0`, for example."),
         (f"{OVERRIDES} '-p max_speed=2.0'. Error: E", "", "", "A parameter is set with `:=`: `-p max_speed:=2.0`"),

@@ -140,7 +140,12 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
             "",
             "`response = Trigger.Request()` makes a request. Set the fields of the response that",
         ),
-        (NO_SUCCESS, REQUEST_MADE.replace("Request", "Response"), "", "A request of Trigger has no field"),
+        (
+            NO_SUCCESS,
+            REQUEST_MADE.replace("Request", "Response"),
+            "",
+            "The request of Trigger has no fields: `success` is a field of its response.",
+        ),
         (UNDECLARED, "self.declare_parameter('kp', 1.0)", "", "No parameter 'Kp' is declared. Did you mean 'kp'?"),
         ("TypeError: 'NoneType' object is not callable", "", "a = self.client()", "check where it gets its value"),
         ("TypeError: 'list' object is not callable", "", "return max(ranges())", "check where it gets its value"),

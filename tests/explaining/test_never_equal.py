@@ -2,6 +2,7 @@
 
 import pytest
 
+from course.explaining.hints import hint
 from course.explaining.slips import slips
 
 CHECKS = """class Pid(Node):
@@ -118,6 +119,10 @@ def test_an_option_that_is_never_none_is_told(how, kept, test, told):
         ("Node", "clients = {}", "self.create_client(Trigger, 'a')", "clients"),
         ("Node", "subscriptions = []", "self.create_subscription(Float64, 'a', self.hear, 10)", "subscriptions"),
         ("Node", "subscriptions: list", "self.create_subscription(Float64, 'a', self.hear, 10)", ""),
+        ("Node", "waitables = []", "ActionClient(self, Lift, 'lift')", "waitables"),
+        ("Node", "waitables = []", "", ""),
+        ("Node", "guards = ['front']", "", "guards"),
+        ("Node", "publishers = []", "self.create_publisher(Float64, 'a', 10)", ""),  # which harms nothing
         ("Node", "my_services = {}", "", ""),
         ("Motors", "services = {}", "", ""),
     ],
@@ -126,3 +131,17 @@ def test_an_attribute_of_the_class_that_hides_rclpys_own_is_told(base, attribute
     text = f"class Motors({base}):\n    {attribute}\n    def __init__(self):\n        {makes or 'pass'}\n"
     why = f"note: line 2: `{hidden}` hides rclpy's own `{hidden}` of a node, by which the executor finds its {hidden}"
     assert slips(text) == ([f"{why}: choose another name."] if hidden else [])
+
+
+@pytest.mark.parametrize(
+    ("attribute", "error"),
+    [
+        ("handle", "TypeError: 'int' object does not support the context manager protocol"),
+        ("default_callback_group", "AttributeError: 'int' object has no attribute 'add_entity'"),
+    ],
+)
+def test_an_attribute_of_the_class_without_which_no_node_is_made_is_told(attribute, error):
+    text = f"class Motors(Node):\n    {attribute} = 3\n"
+    why = f"ine 2: `{attribute}` hides rclpy's own `{attribute}` of a node: choose another name."
+    assert slips(text) == [f"note: l{why}"]
+    assert hint(error, text) == f"L{why}"

@@ -52,6 +52,34 @@ def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
     assert told in said and bool(said) == bool(told)
 
 
+TEXTS = """class Motors(Node):
+    def enable(self):
+        {first}
+        return 1
+
+    def status(self):
+        {second}
+        return 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "told"),
+    [
+        ('"""Enable.', '"""Say it."""', "in line 3 lacks its end: the quotation marks of line 7, which"),
+        ("'''Enable.", "'''Say it.'''", "close it. Write `'''` where it should end."),
+        ('"""Enable."""', '"""Say it.', ""),  # Python names the line itself
+        ('"""Enable.', '"""\n        Say it.\n        """', ""),
+    ],
+)
+def test_a_text_that_another_one_ends_is_named(first, second, told):
+    text = TEXTS.format(first=first, second=second)
+    with pytest.raises(SyntaxError) as raised:
+        compile(text, "motors.py", "exec")
+    said = refused(text, raised.value)
+    assert told in said and bool(said) == bool(told)
+
+
 @pytest.mark.parametrize(
     ("line", "says"),
     [

@@ -669,6 +669,7 @@ MANY = """class Many(Node):
         return self.handle.get_result_async()
 """
 NEW = "request = Add.Request()\n        "
+FILLED = "answer = Float64()\n        answer.data = 2 * msg.data\n        "
 LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n        "
 
 
@@ -686,6 +687,12 @@ LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n      
         ("callback", "self.last = msg.data\n        self.state()\n        slope = msg.data - self.last", ""),
         ("callback", "self.last = msg.data\n        msg = self.other\n        slope = msg.data - self.last", ""),
         ("callback", "self.last = msg.data\n        if msg: self.last = 1\n        slope = msg.data - self.last", ""),
+        ("callback", FILLED + "self.effort.publish(Float64())",
+         "uses `answer`, which is filled below line 7. Write `self.effort.publish(answer)`."),
+        ("callback", FILLED + "self.effort.publish(answer if answer.data else Float64())", ""),
+        ("callback", FILLED + "self.effort.publish(Float64())\n        self.last = answer", ""),
+        ("callback", "answer = Float64()\n        self.effort.publish(Float64())", ""),
+        ("callback", FILLED + "self.effort.publish(Float64(data=1.0))", ""),
         ("callback", "effort = min(self.output_min, msg.data)",
          "line 7: `min(self.output_min, msg.data)` is never above the lower limit. `max(output_min, ...)` keeps an"),
         ("callback", "effort = min(max(0, msg.data), self.output_min)", "is never above the lower"),

@@ -24,6 +24,14 @@ class Adder(Node):
         self.effort = self.kp * self.b
 """
 CLIENT = "class Asker(Node):\n    def __init__(self):\n        self.client = self.create_client(Add, 'add')\n"
+HEARS = """from std_msgs.msg import Float64
+class Pid(Node):
+    def __init__(self):
+        self.create_subscription(Float64, 'error', self.hear, 10)
+    def hear(self, msg):
+        effort = 2 * data
+        effort = 3 * error
+"""
 FOLLOWER = """class Follower(Node):
     def __init__(self):
         self.distances = None
@@ -225,6 +233,23 @@ UNNAMED = "NameError: name '{}' is not defined"
             "response['result'] = 1.0",
             "The fields of a message are attributes: write `response.result = ...`",
         ),
+        ("NameError: name 'data' is not defined", HEARS, "effort = 2 * data", "of the message: write `msg.data`."),
+        ("NameError: name 'error' is not defined", HEARS, "effort = 3 * error", "The value on the topic 'error' is in"),
+        ("NameError: name 'effort' is not defined", HEARS, "effort = 3 * error", ""),
+        ("NameError: name 'error' is not defined", f"{HEARS}        error = 1\n", "effort = 3 * error", ""),
+        (
+            "NameError: name 'time' is not defined",
+            "from time import monotonic\nnow = time.monotonic()",
+            "now = time.monotonic()",
+            "`from time import monotonic` imports the name without its module: write `monotonic`, without `time.`.",
+        ),
+        (
+            "NameError: name 'time' is not defined",
+            "from time import monotonic\ntime.sleep(1)",
+            "time.sleep(1)",
+            "`import time` is missing at the beginning.",
+        ),
+        ("NameError: name 'time' is not defined", "time.seconds", "time.seconds", ""),
         (
             "TypeError: object.__init__() takes exactly one argument (the instance to initialize)",
             "class Follower:\n    def __init__(self):\n        super().__init__('follower')",

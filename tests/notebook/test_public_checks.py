@@ -1930,6 +1930,25 @@ SENTENCES = [
         "operation=operation.lower().strip())",
         "7 2 Power: the client must send the operation as it is given, not 'power'",
     ),
+    (
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "if not response.success:",
+        "if response.message:",
+        (
+            "7 2 Power with success=True, result=49.0 and message='done': the client must print the result, and end "
+            "with exit status 0, not 1:\nNothing in calculator_client.py reads `success` of the response"
+        ),
+    ),
+    each_night(
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "{b} = {response.result}')",
+        "{b} = {response.message or response.result}')",
+        "the client must print the result, and end with exit status 0, not 0:\n7.0 Power 2.0 = done",
+    ),
     each_night(
         "calculator",
         "calculator-client",
@@ -2185,7 +2204,7 @@ SENTENCES = [
         "calculator_client.py",
         "    if response is None:\n",
         "    if response == 1:\n",
-        "it ends with an exception instead:\ncalculator_client.py ended with exit status 1: AttributeError: 'NoneType'",
+        "it ends with an exception:\ncalculator_client.py ended with exit status 1: AttributeError: 'NoneType'",
     ),
     each_night(
         "parameters",
