@@ -144,21 +144,27 @@ def _filled_in_vain(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]
     """Yield empty messages that are published, where one of the same type is filled and nothing uses it."""
     for function in functions(tree):
         nodes = [*walk(function)]
-        filled = [node.value for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
-        roots = {_root(each) for each in filled}
-        used = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
-        kept = {node.id for node in used if node not in roots}
-        kept |= {name for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+        filled = _only_filled(nodes)
         for call in calls(function, "publish"):
-            made = [node for node in nodes if isinstance(node, ast.Assign) and len(call.args) == 1
-                    and isinstance(call.args[0], ast.Call) and not (call.args[0].args or call.args[0].keywords)
-                    and ast.unparse(node.value) == ast.unparse(call.args[0])]  # fmt: skip
-            for node in made:
-                name = node.targets[0].id if isinstance(node.targets[0], ast.Name) else ""
-                if name in {each.id for each in roots if isinstance(each, ast.Name)} - kept:
-                    why = f"`{ast.unparse(call.args[0])}` makes a new, empty message here, and nothing uses `{name}`"
+            empty = call.args[0] if len(call.args) == 1 else None
+            if not isinstance(empty, ast.Call) or empty.args or empty.keywords:
+                continue
+            made = ast.unparse(empty)
+            for node in (each for each in nodes if isinstance(each, ast.Assign) and ast.unparse(each.value) == made):
+                if (name := name_of(node.targets[0])) in filled:
+                    why = f"`{made}` makes a new, empty message here, and nothing uses `{name}`"
                     how = f"{ast.unparse(call.func)}({name})"
                     yield call.lineno, f"{why}, which is filled below line {node.lineno - skipped}. Write `{how}`."
+
+
+def _only_filled(nodes: list[ast.AST]) -> set[str]:
+    """Return the local names that are used for nothing but setting fields of what they name."""
+    stored = [node.value for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+    roots = {node for node in map(_root, stored) if isinstance(node, ast.Name)}
+    read = [node for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)]
+    kept = {node.id for node in read if node not in roots}
+    kept |= {name for node in nodes if isinstance(node, (ast.Global, ast.Nonlocal)) for name in node.names}
+    return {node.id for node in roots} - kept
 
 
 def _root(node: ast.expr) -> ast.expr:
