@@ -71,7 +71,7 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
         known = cells.parse(json.dumps({"cells": raw}))
     except UnreadableNotebook as error:
         raise web.HTTPError(400, str(error)) from None
-    found = parts(notebook.stem, known, notebook.parent)
+    found = parts(notebook.stem, known, notebook.parent, handed_in.last_run(notebook.parent, notebook.stem))
     return {
         "parts": [
             {
