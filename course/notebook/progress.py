@@ -5,7 +5,7 @@ Nothing is run or stored elsewhere: a notebook file contains the outputs of its 
 
 import html
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +48,14 @@ class Part:
     def texts(self) -> tuple[str, str, str, str]:
         """Return the texts of the part's row in the table."""
         return self.section, self.name, self.state, f"{self.points:g}"
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A run of the public checks beside the notebook, as a hand-in does it."""
+
+    files: Mapping[str, str]  # the digest of each, by its name; one that was missing has none
+    outcomes: Mapping[str, str]  # by the name of the check
 
 
 class Progress(list[Part]):
@@ -129,18 +137,19 @@ def _missing(path: Path) -> str:
     return f"is in the folder {elsewhere[0]}: rename that folder to {section}" if elsewhere else ""
 
 
-def parts(section: str, known: list[Cell], folder: Path) -> Progress:
+def parts(section: str, known: list[Cell], folder: Path, ran: Ran | None = None) -> Progress:
     """Return the parts of one section from the cells of its notebook, and the files that they have written to `folder`.
 
     A check judges files of cells above it, so it says nothing about a cell that was edited and not run since.
     It does say something about a file that was edited elsewhere, if it passed for that very text.
+    A check that has failed in `ran` has failed, if the notebook has not run it on the files as they are.
     """
     differ = unlike(folder, [cell for cell in known if cell.solution])
     return Progress(
-        Part(section, cell.name, state, _points(cell), _more(cell) if state.startswith(FAILED) else "")
+        Part(section, cell.name, state, _points(cell), more)
         for at, cell in enumerate(known)
         if cell.mark.get("grade")
-        for state in [_state(cell, known[:at], differ, folder)]
+        for state, more in [_state_and_more(cell, known[:at], differ, folder, ran)]
     )
 
 
@@ -179,8 +188,8 @@ def _judged_by(cell: Cell, before: list[Cell]) -> list[str]:
     return [name for name in texts if name in used] or [*texts]
 
 
-def _message(cell: Cell) -> list[str]:
-    """Return the lines of the error with which a check has ended; none if it has passed."""
+def error_of(cell: Cell) -> list[str]:
+    """Return the lines of the error with which a cell has ended; none if it has ended well."""
     error = next((output for output in cell.outputs if output.get("output_type") == "error"), None)
     if error is None:
         return []
@@ -193,12 +202,27 @@ def _more(cell: Cell) -> str:
         cells.text_of(output.get("text", "")) for output in cell.outputs if output.get("output_type") == "stream"
     )
     hints = printed[printed.index(HINT) :] if HINT in printed else ""
-    return "\n".join([*_message(cell)[1:], *hints.splitlines()]).strip()[:LONGEST]
+    return "\n".join([*error_of(cell)[1:], *hints.splitlines()]).strip()[:LONGEST]
 
 
 def _is_later(above: Cell, cell: Cell) -> bool:
     """Return True if a cell that may have written a file was run after the check `cell`."""
     return above.solution and (above.count or 0) > (cell.count or 0) and not refused(above)
+
+
+def _state_and_more(
+    cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path, ran: Ran | None
+) -> tuple[str, str]:
+    """Return the state of a graded cell, and what follows the first line of the message of a check that has failed."""
+    if ran and not cell.solution and (outcome := ran.outcomes.get(cell.name, PASSED)) != PASSED:
+        now = {name: file_record.digest_of(folder / name) for name in _judged_by(cell, before)}
+        here = cell.count is not None and file_record.judged(folder, cell.name).items() >= now.items()
+        passes = file_record.checked(folder, cell.name).items() >= now.items()
+        if not here and not passes and all(ran.files.get(name, "") == digest for name, digest in now.items()):
+            state, _, more = outcome.partition("\n")
+            return state, more.strip()[:LONGEST]
+    state = _state(cell, before, differ, folder)
+    return state, _more(cell) if state.startswith(FAILED) else ""
 
 
 def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path) -> str:
@@ -217,7 +241,7 @@ def _state(cell: Cell, before: list[Cell], differ: dict[str, str], folder: Path)
             return f"{CHANGED}: {written[0]}" if differ.get(written[0]) else AGAIN.format(written[0])
     elif later := [above for above in before if _is_later(above, cell)]:
         return AGAIN.format(written_by(later[0]) or "a file above")
-    if not passes and (lines := _message(cell)):
+    if not passes and (lines := error_of(cell)):
         return f"{FAILED}{lines[0]}"
     changed = [
         name

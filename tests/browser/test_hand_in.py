@@ -137,6 +137,9 @@ def test_a_doubt_is_asked_and_no_is_an_answer(lab, page):
     expect(dialog).to_contain_text("a public check has failed")
     dialog.get_by_role("button", name="Hand it in as it is").click()
     expect(dialog).to_contain_text("✗ greets: not yet")
+    dialog.get_by_role("button", name="Close").click()
+    checks = show_panel(page, "Exercise").get_by_role("list", name="Checks and questions")
+    expect(checks).to_contain_text("✗greets: not yet: ")  # which the notebook has not run
     (archive,) = (served / "doubtful").glob("*.zip")
     receipt, content = contents_of(archive)
     assert list(receipt["doubts"]) == ["greeter.py"]

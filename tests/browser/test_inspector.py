@@ -74,6 +74,8 @@ def check_a_parameter(panel) -> None:
     expect(panel.get_by_label("serial string")).to_be_disabled()  # it is read-only
     expect(panel.get_by_role("button", name="Set", exact=True)).to_be_disabled()
     expect(panel.get_by_label("The line", exact=True)).to_have_text("(its node refuses to set it)")
+    fixed = "Not in the list, because a form cannot set them: open (not set), raw (byte array)."
+    expect(panel).to_contain_text(fixed)
     panel.get_by_role("combobox", name="Parameter", exact=True).select_option("lines")
     expect(panel.get_by_label("lines string")).to_have_value("a\nb")  # an input would show "ab"
     expect(panel).to_contain_text(re.compile(r"The node’s values were read at \d\d:\d\d:\d\d\."))

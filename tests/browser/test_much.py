@@ -227,3 +227,20 @@ def test_a_server_that_is_started_again_is_found_within_seconds_and_no_kernel_wa
         page.keyboard.type("touch again\n")
         assert wait_until((served / "served_again/again").exists, WAIT / 1e3)
     page.close()
+
+
+def test_without_a_kernel_too_a_panel_says_that_the_server_does_not_answer(chromium, tmp_path):
+    """A server that ends has ended the kernels first, and the page may learn that in time."""
+    page = chromium.new_page()
+    page.set_default_timeout(WAIT)
+    served = tmp_path / "served"
+    write_greeter(served / "alone")
+    with serving(tmp_path, served) as server:
+        open_page(page, (*server, served), "alone/alone.ipynb")
+        panel = show_panel(page, "Nodes")
+        choose(page, "Kernel", "Shut Down Kernel")
+        expect(panel).to_contain_text("The notebook has no kernel. Choose one in the Kernel menu.")
+    expect(panel).to_contain_text("Jupyter’s server does not answer. Trying again …")
+    with serving(tmp_path, served, server):
+        expect(panel).to_contain_text("The notebook has no kernel. Choose one in the Kernel menu.", timeout=15_000)
+    page.close()

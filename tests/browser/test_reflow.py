@@ -59,6 +59,11 @@ WRONG = """async panel => {
 }"""
 
 
+def is_saved(request: Request) -> bool:
+    """Return True if the request stores the page's layout."""
+    return "/api/workspaces/" in request.url and request.method == "PUT"
+
+
 def begin(page: Page, lab, name: str) -> None:
     """A notebook with an exercise that runs, a world and its driver."""
     write_greeter(lab[2] / name)
@@ -175,9 +180,6 @@ def test_robot_and_plot_come_back_beside_the_notebook_when_the_page_is_wide_agai
         robot, plot = boxes
         return text["x"] + text["width"] <= robot["x"] == plot["x"] and robot["y"] + robot["height"] <= plot["y"]
 
-    def is_saved(request: Request) -> bool:
-        return "/api/workspaces/" in request.url and request.method == "PUT"
-
     assert wait_until(beside, 20)
     for front in ("back.ipynb", "Robot", "Plot"):
         with page.expect_request(is_saved):
@@ -190,4 +192,28 @@ def test_robot_and_plot_come_back_beside_the_notebook_when_the_page_is_wide_agai
             expect(page.locator(f"{NOTEBOOK}:visible, {VIEWS}")).to_have_count(1)
         page.set_viewport_size(WIDE)
         assert wait_until(beside, 20), front
+    page.close()
+
+
+def test_a_panel_that_was_open_on_a_page_as_narrow_as_a_phone_is_no_wider_afterwards(lab, chromium):
+    """JupyterLab stores which shares of the page notebook and panel have; on a phone the panel covers the notebook."""
+    page = chromium.new_page(viewport=WIDE)
+    page.set_default_timeout(WAIT)
+    write_greeter(lab[2] / "wider")
+    open_page(page, lab, "wider/wider.ipynb")
+    with page.expect_request(is_saved):
+        panel = show_panel(page, "Nodes")
+    width, address = panel.bounding_box()["width"], page.url
+    with page.expect_request(is_saved):
+        page.set_viewport_size(SIZES["phone"])
+        expect(page.get_by_role("button", name="Back to the notebook")).to_be_visible()
+    page.goto("about:blank")
+    page.set_viewport_size(WIDE)
+    page.goto(address)
+    panel.wait_for()
+    assert wait_until(lambda: abs(panel.bounding_box()["width"] - width) < 2, 20), (panel.bounding_box(), width)
+    page.set_viewport_size(SIZES["phone"])
+    expect(page.get_by_role("button", name="Back to the notebook")).to_be_visible()
+    page.set_viewport_size(WIDE)
+    assert wait_until(lambda: abs(panel.bounding_box()["width"] - width) < 2, 20), (panel.bounding_box(), width)
     page.close()

@@ -7,6 +7,7 @@ import pytest
 from course import hand_in
 from course.errors import HandInError
 from course.lab.server import handed_in
+from course.notebook import file_record
 
 NOW = datetime(2026, 11, 2, 9, 30, 5, tzinfo=UTC)
 FILES = {"greeter.py": b"print('hello')\n", "greeter.ipynb": b"{}"}
@@ -29,7 +30,7 @@ def write(folder, at=NOW, assignment="greeter", **checks):
 
 
 def test_the_newest_archive_of_the_exercise_is_told(tmp_path):
-    assert handed_in.told(tmp_path, "greeter") is None
+    assert handed_in.told(tmp_path, "greeter") is None and handed_in.last_run(tmp_path, "greeter") is None
     write(tmp_path, NOW + timedelta(days=2), assignment="other-greeter-2")
     write(tmp_path, NOW - timedelta(days=1))
     name = write(tmp_path, greets="passed", waits="not yet")
@@ -38,6 +39,9 @@ def test_the_newest_archive_of_the_exercise_is_told(tmp_path):
     (tmp_path / "ada-greeter-20261203T093005Z.zip").mkdir()
     text = f"Packed on 2026-11-02 09:30 UTC: {WHAT} 1 of 2 public checks passed.{GIVE}"
     assert handed_in.told(tmp_path, "greeter") == {"text": text, "archive": name}
+    ran = handed_in.last_run(tmp_path, "greeter")
+    assert ran.outcomes == {"greets": "passed", "waits": "not yet"}
+    assert ran.files == {name: file_record.digest(content) for name, content in FILES.items()}
     again = write(tmp_path)  # in the same second
     text = f"Packed on 2026-11-02 09:30 UTC: {WHAT}{GIVE}"
     assert handed_in.told(tmp_path, "greeter") == {"text": text, "archive": again}

@@ -23,6 +23,8 @@ class Servers(Node):
         super().__init__('servers')
         limits = FloatingPointRange(from_value=0.1, to_value=2.0)
         self.declare_parameter('offset', 0.5)
+        self.declare_parameter('open', None, ParameterDescriptor(dynamic_typing=True))
+        self.declare_parameter('raw', [b'a', b'b'])
         self.declare_parameter('label', 'a')
         self.declare_parameter('lines', 'a\\nb')
         self.declare_parameter('steps', [1, 2])
@@ -385,6 +387,8 @@ def test_a_parameter_is_set_or_refused_with_the_reason_and_its_program_and_line_
     assert (speed["default"], speed["type"], speed["about"]) == ("1.0", "double", "m/s; 0.1 to 2.0")
     serial = next(field for field in fields if field["name"] == "serial")
     assert (serial["about"], serial["fixed"], serial["read_only"]) == ("read-only", False, True)
+    fixed = [(field["name"], field["type"]) for field in fields if field["fixed"]]
+    assert fixed == [("open", "not set"), ("raw", "byte array")]  # which the page names
     given = {"type_name": "string", "given": {"serial": "B8"}}
     assert "read-only" in follow(page, "rejected", **SPEED | given)["events"][-1][2]
     accepted = follow(page, "accepted", **SPEED, given={"speed": "0.5"})

@@ -5,8 +5,9 @@ import json
 import pytest
 
 import course
+from course.foundation import cells
 from course.notebook import file_record
-from course.notebook.progress import progress
+from course.notebook.progress import Ran, parts, progress
 
 
 def mark(name: str, points: float, **more) -> dict:
@@ -119,6 +120,27 @@ def test_a_check_that_has_passed_on_the_file_elsewhere_has_passed_until_it_fails
     section("services", written() | {"execution_count": 9}, check(count=10, outputs=(ERROR,)))
     file_record.note_checked(folder, "adder", text, passed=False)
     assert [part.state for part in progress(tmp_path)] == ["not yet: 1 + 2 gave 4"]
+
+
+@pytest.mark.parametrize(
+    ("before", "judged"), [(check(count=None), ""), (check(), "y = 1\n"), (check(outputs=(ERROR,)), "y = 1\n")]
+)
+def test_a_check_that_has_failed_in_a_hand_in_has_failed_for_the_files_as_they_are(section, tmp_path, before, judged):
+    section("services", written() | {"execution_count": 9}, before)
+    folder, now = tmp_path / "services", {"a.py": file_record.digest(b"x = 1\n")}
+    if judged:
+        file_record.note_checked(folder, "adder", {"a.py": file_record.digest(judged.encode())}, passed=False)
+
+    def state(files, outcome="not yet: it gave 4\nnot 3"):
+        known = cells.read(folder / "services.ipynb")
+        (part,) = parts("services", known, folder, Ran(files, {"adder": outcome}))
+        return part.state, part.more
+
+    assert state(now) == ("not yet: it gave 4", "not 3")
+    old = "run it again: a.py was written again since" if judged else "not run"
+    assert state(now, "passed")[0] == state({"a.py": file_record.digest(b"x = 2\n")})[0] == state({})[0] == old
+    file_record.note_checked(folder, "adder", now, passed=True)
+    assert state(now) == ("passed", "")
 
 
 def test_a_cell_that_was_edited_and_not_run_makes_each_later_check_old(section, tmp_path):

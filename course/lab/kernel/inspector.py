@@ -117,7 +117,7 @@ def _parameters(node: str) -> list[dict[str, Any]]:
         kind = PARAMETER_TYPES.get(value.type)
         plain: Any = parameter_value_to_python(value) if kind else None  # rclpy knows no types but those of ROS 2
         shown = forms.listed(plain) if kind and kind.endswith(ARRAY) else str(plain)
-        field: dict[str, Any] = {"name": name, "type": kind or "unset", "about": _about(descriptor)}
+        field: dict[str, Any] = {"name": name, "type": kind or _type_name(value.type), "about": _about(descriptor)}
         field |= {"fixed": kind is None, "read_only": descriptor.read_only}  # a node refuses to set the latter
         if kind == "boolean":
             field |= {"kind": "truth", "default": plain}
@@ -127,6 +127,11 @@ def _parameters(node: str) -> list[dict[str, Any]]:
             found.append(field)
             room -= size
     return found
+
+
+def _type_name(number: int) -> str:
+    """Return the name of a parameter's type that a form cannot set."""
+    return TYPE_NAMES[number] if number < len(TYPE_NAMES) else "of an unknown type"
 
 
 def _about(descriptor: ParameterDescriptor) -> str:

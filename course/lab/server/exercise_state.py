@@ -12,7 +12,9 @@ from course.foundation import cells
 from course.lab.server import handed_in
 from course.lab.server.files import Beside
 from course.notebook import file_differences, file_record, stubs
-from course.notebook.progress import parts
+from course.notebook.progress import LONGEST, error_of, parts
+
+FAILED_RUN = "the same as in its cell, whose last run ended with an error:"
 
 
 class Exercise(Beside):
@@ -71,7 +73,7 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
         known = cells.parse(json.dumps({"cells": raw}))
     except UnreadableNotebook as error:
         raise web.HTTPError(400, str(error)) from None
-    found = parts(notebook.stem, known, notebook.parent)
+    found = parts(notebook.stem, known, notebook.parent, handed_in.last_run(notebook.parent, notebook.stem))
     return {
         "parts": [
             {
@@ -85,6 +87,16 @@ def _state(notebook: Path, raw: Any) -> dict[str, Any]:
             for part in found
         ],
         "summary": found.summary if found else "",
-        "files": file_differences.unlike(notebook.parent, [cell for cell in known if cell.solution]),
+        "files": _files(notebook.parent, [cell for cell in known if cell.solution]),
         "handed_in": handed_in.told(notebook.parent, notebook.stem),
     }
+
+
+def _files(folder: Path, known: list[cells.Cell]) -> dict[str, str]:
+    """Return for each exercise file why it differs from its cell, or else how that cell's program has failed; or ''."""
+    notes = file_differences.unlike(folder, known)
+    for cell in known:
+        name = file_differences.written_by(cell)
+        if notes.get(name) == "" and (lines := error_of(cell)) and not file_differences.refused(cell):
+            notes[name] = "\n".join([FAILED_RUN, *lines])[:LONGEST]
+    return notes

@@ -14,6 +14,7 @@ from course.foundation import cells
 from course.foundation.times import MINUTES
 from course.foundation.untrusted import Allowance, Archive
 from course.notebook import file_record
+from course.notebook.progress import Ran
 
 ARCHIVE = r"-{assignment}-(\d{{8}}T\d{{6}}Z)(?:-(\d+))?\.zip$"  # the end of a name, as `hand_in.write` makes it
 MOST = 1_000_000  # bytes of a receipt
@@ -48,11 +49,11 @@ class Receipt:
 
     time: datetime
     files: dict[str, str]  # the digest of each, by its name
-    passed: int  # public checks
-    checks: int
+    outcomes: dict[str, str]  # of the public checks, by name
 
     def __str__(self) -> str:
-        checks = f" {self.passed} of {self.checks} public checks passed." if self.checks else ""
+        passed = [*self.outcomes.values()].count(cells.PASSED)
+        checks = f" {passed} of {len(self.outcomes)} public checks passed." if self.outcomes else ""
         return f"{self.time:{MINUTES} UTC}: {', '.join(self.files)}.{checks}"
 
 
@@ -101,6 +102,12 @@ def told(folder: Path, assignment: str) -> dict[str, str] | None:
     return {"text": f"{done} on {receipt}{then}{_since(folder, receipt)}", "archive": name}
 
 
+def last_run(folder: Path, assignment: str) -> Ran | None:
+    """Return the run of the public checks for the last hand-in from a folder; None without one."""
+    _, receipt = _newest(folder, assignment)
+    return Ran(receipt.files, receipt.outcomes) if receipt else None
+
+
 def _since(folder: Path, receipt: Receipt) -> str:
     """Return a sentence on the files of a hand-in that are different now, or ''.
 
@@ -135,10 +142,10 @@ def _receipt(path: Path, assignment: str, _changed: int) -> Receipt | None:
             archive = Archive(file)
             (entry,) = (each for each in archive.files if each.filename == hand_in.RECEIPT)
             said: Any = json.loads(archive.read(entry, Allowance(MOST)))
-        outcomes = list(said["checks"].values())
+        outcomes = {name: str(outcome) for name, outcome in said["checks"].items()}
         time = datetime.fromisoformat(said["handed_in"]).astimezone(UTC)
         files = {name: str(known["sha256"]) for name, known in said["files"].items()}
-        receipt = Receipt(time, files, outcomes.count(cells.PASSED), len(outcomes))
+        receipt = Receipt(time, files, outcomes)
         return receipt if said["assignment"] == assignment else None
     except (BadArchive, KeyError, TypeError, ValueError, AttributeError, RecursionError, OverflowError):
         return None

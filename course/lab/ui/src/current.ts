@@ -4,6 +4,7 @@ import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { ISignal, Signal } from '@lumino/signaling';
 
 import { Link, Links } from './link';
+import { answers, LONGEST } from './server';
 
 /** Return true while JupyterLab still finds out which kernel a notebook has, as after a reload of the page. */
 export function isConnecting(panel: NotebookPanel): boolean {
@@ -42,6 +43,11 @@ export class Current {
   /** True while a panel is shown. */
   get isOpen(): boolean {
     return this._open > 0;
+  }
+
+  /** True if the server does not answer, while a panel is shown for a notebook without a kernel. */
+  get isOffline(): boolean {
+    return this._offline;
   }
 
   get changed(): ISignal<this, void> {
@@ -83,14 +89,33 @@ export class Current {
       this._link = id ? this._links.acquire(id) : null;
       this._changed.emit();
     }
+    if (!this._asks) {
+      void this._ask();
+    }
+  }
+
+  /** Ask the server whether it is there, as long as a panel is shown for a notebook without a kernel: no link tells. */
+  private async _ask(): Promise<void> {
+    this._asks = true;
+    while (this._open > 0 && this._panel && !this._link) {
+      const offline = (await answers('api')) === 0;
+      if (offline !== this._offline) {
+        this._offline = offline;
+        this._changed.emit();
+      }
+      await new Promise(done => window.setTimeout(done, LONGEST));
+    }
+    this._asks = this._offline = false;
   }
 
   private _tell(): void {
     this._changed.emit();
   }
 
+  private _asks = false;
   private _changed = new Signal<this, void>(this);
   private _link: Link | null = null;
+  private _offline = false;
   private _open = 0;
   private _panel: NotebookPanel | null = null;
 }

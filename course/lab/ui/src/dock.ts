@@ -1,7 +1,8 @@
-// The main area: which tabs lie together, and the borders between its parts.
+// The main area: which tabs lie together, the borders between its parts, and those to the areas beside it.
 
+import { ILabShell } from '@jupyterlab/application';
 import { ConflatableMessage, MessageLoop } from '@lumino/messaging';
-import { DockLayout, DockPanel, TabBar, Widget } from '@lumino/widgets';
+import { DockLayout, DockPanel, SplitPanel, TabBar, Widget } from '@lumino/widgets';
 
 /** The main area that a widget lies in; null when it lies elsewhere. */
 export function dockOf(widget: Widget): DockPanel | null {
@@ -28,4 +29,13 @@ export function borderOf(dock: DockPanel, found: (border: DOMRect) => boolean): 
 export function moveBorder(dock: DockPanel, border: HTMLElement, right: number, down: number): void {
   (dock.layout as DockLayout).moveHandle(border as HTMLDivElement, border.offsetLeft + right, border.offsetTop + down);
   MessageLoop.postMessage(dock, new ConflatableMessage('layout-modified'));
+}
+
+/** The left, the main and the right area, if a panel is open in the right one; otherwise null. */
+export function columns(shell: ILabShell): SplitPanel | null {
+  let split = [...shell.widgets('right')].find(widget => widget.isVisible)?.parent ?? null;
+  while (split && !(split instanceof SplitPanel)) {
+    split = split.parent;
+  }
+  return split;
 }

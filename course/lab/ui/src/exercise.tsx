@@ -30,7 +30,7 @@ interface HandedIn {
 interface State {
   parts: Part[];
   summary: string;
-  files: { [file: string]: string };
+  files: { [file: string]: string }; // a note on each, and below its first line the error of its cell
   handed_in: HandedIn | null;
 }
 
@@ -261,6 +261,7 @@ interface Item {
 
 function FileItem({ file, note, panel, known }: Item): JSX.Element {
   const [, redraw] = React.useReducer((count: number) => count + 1, 0);
+  const [said, ...more] = note.split('\n');
   const toggle = (number: number, open: boolean) => {
     open ? known.open.add(number) : known.open.delete(number);
     known.opened = open ? Math.max(known.opened, number + 1) : known.opened;
@@ -281,8 +282,9 @@ function FileItem({ file, note, panel, known }: Item): JSX.Element {
           </button>
         </span>
       </div>
-      <div role="status" className={note ? 'ros-note' : ''}>
-        {note || 'the same as in its cell'}
+      <div role="status">
+        <span className={said ? 'ros-note' : ''}>{said || 'the same as in its cell'}</span>
+        {more.length > 0 && <pre className="ros-more">{more.join('\n')}</pre>}
       </div>
       {file.hints.map((hint, number) =>
         number > known.opened ? (

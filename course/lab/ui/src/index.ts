@@ -4,9 +4,11 @@ import { ILabShell, ILayoutRestorer, JupyterFrontEnd, JupyterFrontEndPlugin } fr
 import { IToolbarWidgetRegistry } from '@jupyterlab/apputils';
 import { INotebookTracker, NotebookPanel } from '@jupyterlab/notebook';
 import { checkIcon } from '@jupyterlab/ui-components';
+import { MessageLoop } from '@lumino/messaging';
 
 import { onArrival } from './arrival';
 import { Current } from './current';
+import { columns } from './dock';
 import { ExercisePanel } from './exercise';
 import { figures } from './figures';
 import { GraphPanel, graphIcon, Open } from './graph';
@@ -19,7 +21,7 @@ import { NodesPanel, nodesIcon } from './nodes';
 import { PLOT_VIEW, PlotPanel, plotIcon } from './plot';
 import { ROBOT_VIEW, RobotPanel, robotIcon } from './robot';
 import { strip } from './strip';
-import { addView, NARROW, paletteClosed, PHONE } from './views';
+import { addView, isPhone, NARROW, paletteClosed } from './views';
 import { absent, front, layout, main, ready, ways } from './ways';
 import { wrapping } from './wrapping';
 
@@ -70,13 +72,22 @@ const panels: JupyterFrontEndPlugin<void> = {
     const nodes = new NodesPanel(current);
     const exercise = new ExercisePanel(current, app.serviceManager.contents);
     const inspector = new InspectorPanel(current);
-    // On a phone the style sheet gives both other least widths, which JupyterLab is to read.
-    let phone = false;
+    // On a phone the style sheet gives both other least widths, which JupyterLab is to read; and a panel covers the
+    // notebook, so that what JupyterLab stores of their widths is to be what they had before.
+    let phone = isPhone();
+    let shares: number[] | null = null;
+    shell?.layoutModified.connect(() => {
+      shares = isPhone() ? shares : (columns(shell)?.relativeSizes() ?? null);
+    });
     window.addEventListener('resize', () => {
-      if (phone || window.innerWidth < PHONE) {
+      if (phone || isPhone()) {
         [tracker.currentWidget?.parent, nodes.parent].forEach(each => each?.fit());
       }
-      phone = window.innerWidth < PHONE;
+      if (phone !== isPhone() && shares && shell) {
+        MessageLoop.flush(); // the least widths are read now
+        columns(shell)?.setRelativeSizes(shares);
+      }
+      phone = isPhone();
     });
     const open: Open = (kind, name, type) => {
       if (kind === 'node') {

@@ -360,6 +360,7 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   }, [link, kind, name, type, reading, away]);
 
   const settable = kind === 'parameter' ? (fields ?? []).filter(field => !field.fixed) : [];
+  const unsettable = kind === 'parameter' ? (fields ?? []).filter(field => field.fixed) : [];
   const one = settable.find(field => field.name === parameter) ?? settable[0];
   const shown = kind === 'parameter' ? (one ? [one] : []) : (fields ?? []);
   const show = (parameter: string) => {
@@ -465,6 +466,12 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
         {fields && shown.length === 0 && (
           <p className="ros-quiet">
             {kind === 'parameter' ? 'It has no parameter that can be set.' : 'It has no fields to fill in.'}
+          </p>
+        )}
+        {unsettable.length > 0 && (
+          <p className="ros-quiet">
+            Not in the list, because a form cannot set them: {unsettable.map(each => `${each.name} (${each.type})`).join(', ')}.
+            In a terminal, <code>ros2 param get</code> shows their values.
           </p>
         )}
         <FormFields fields={shown} given={given} path="" wrong={looked.wrong} change={change} />

@@ -254,6 +254,9 @@ export function instead(current: Current, link: Link | null): string | null {
   if (!current.panel) {
     return 'Open a notebook: this panel shows what goes on in it.';
   }
+  if (!link && current.isOffline) {
+    return OFFLINE;
+  }
   if (!link) {
     return isConnecting(current.panel) ? CONNECTING : 'The notebook has no kernel. Choose one in the Kernel menu.';
   }

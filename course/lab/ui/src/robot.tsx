@@ -221,7 +221,7 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
         {failed || message}
       </div>
       <FirstCell current={current} link={link} />
-      {message !== null && (!link || link.state === 'waiting') && (
+      {message !== null && (link ? link.state === 'waiting' : !current.isOffline) && (
         <p className="ros-quiet">The robot, its room and what it sees are drawn here while a notebook simulates them.</p>
       )}
       {message === null && !failed && state.nodes && (

@@ -12,7 +12,7 @@ import { SidePanel } from './panel';
 /** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
 export const NARROW = 760;
 /** On a page narrower than this, in CSS px, a side panel covers notebook and view. */
-export const PHONE = 520;
+const PHONE = 520;
 
 // px beside each other, where the page has room for both, and in any case
 const TEXT = { ample: 820, usual: 700, least: 560 };
@@ -94,7 +94,7 @@ export function addView(
       behind = narrow;
       app.shell.activateById(front.id);
     }
-    if (window.innerWidth < PHONE && panel.isVisible) {
+    if (isPhone() && panel.isVisible) {
       shell?.collapseRight();
     }
   };
@@ -116,6 +116,10 @@ export function paletteClosed(): Promise<void> {
 
 function isNarrow(): boolean {
   return window.innerWidth < NARROW;
+}
+
+export function isPhone(): boolean {
+  return window.innerWidth < PHONE;
 }
 
 /** Keep the width that a notebook's text needs when a view opens beside it; the view has what a text does not use. */

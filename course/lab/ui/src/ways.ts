@@ -7,10 +7,9 @@ import { ILauncher } from '@jupyterlab/launcher';
 import { INotebookTracker, NotebookActions, NotebookPanel } from '@jupyterlab/notebook';
 import { IStateDB } from '@jupyterlab/statedb';
 import { ITerminalTracker } from '@jupyterlab/terminal';
-import { SplitPanel } from '@lumino/widgets';
 
 import { isConnecting } from './current';
-import { tabsWith } from './dock';
+import { columns, tabsWith } from './dock';
 import { post } from './server';
 import { TERMINAL } from './strip';
 
@@ -174,11 +173,8 @@ function besideNotebooks(app: JupyterFrontEnd, tracker: INotebookTracker, panel:
 
 /** Give the panels at the right the width that a line of a log needs. */
 function widenRight(shell: ILabShell): void {
-  let split = [...shell.widgets('right')].find(widget => widget.isVisible)?.parent ?? null;
-  while (split && !(split instanceof SplitPanel)) {
-    split = split.parent;
-  }
-  if (split instanceof SplitPanel) {
+  const split = columns(shell);
+  if (split) {
     const sizes = split.relativeSizes(); // of the left, the main and the right area
     const right = PANEL / split.node.clientWidth;
     split.setRelativeSizes([sizes[0], 1 - sizes[0] - right, right]);
