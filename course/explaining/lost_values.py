@@ -224,12 +224,15 @@ def _hides_what_has_come(tree: ast.Module, skipped: int) -> Iterator[tuple[int, 
                 break
 
 
+VALUES = (ast.Assign, ast.Call, ast.Tuple, ast.keyword)
+
+
 def _numbers_read(nodes: list[ast.AST], made: ast.Assign) -> Iterator[ast.Attribute]:
     """Yield where a field of a new message is read, and nothing can fill it there: a part of a sum, or `data`."""
     is_array = name_of(getattr(made.value, "func", None)).endswith("Array")
     for node in nodes:
         in_a_sum = isinstance(node, (ast.BinOp, ast.Compare))
-        for part in ast.iter_child_nodes(node) if in_a_sum or isinstance(node, (ast.Assign, ast.Call)) else ():
+        for part in ast.iter_child_nodes(node) if in_a_sum or isinstance(node, VALUES) else ():
             if not isinstance(part, ast.Attribute) or not isinstance(part.ctx, ast.Load):
                 continue
             is_number = in_a_sum or (part.attr == "data" and not is_array)

@@ -1202,6 +1202,8 @@ class Pid(Node):
     [
         ("msg = Float64()", "self.total = self.total + msg.data * 2.0", True),
         ("msg = Float64()", "error = msg.data", True),
+        ("msg = Float64()", "error, now = msg.data, time.monotonic()", True),
+        ("msg = Float64()", "effort = Float64(data=msg.data)", True),
         ("msg = Float64()", "msg.data = max(-1.0, 2.0 * msg.data)", True),
         ("msg = Float64()", "msg.data = 2.0", False),
         ("error = msg.data; msg = Float64()", "msg.data = 2.0 * msg.data", False),
