@@ -309,14 +309,10 @@ def own_attribute(found: re.Match[str], source: str) -> str:
 def _class_that_sets(name: str, source: str) -> str:
     """Return the one class whose body sets a name, outside of its methods; '' without one."""
     classes = [node for node in walk(parse(source)) if isinstance(node, ast.ClassDef)]
-    found = [
-        cls.name
-        for cls in classes
-        for line in cls.body
-        if isinstance(line, ast.Assign)
-        if name in map(name_of, line.targets)
-    ]
-    return found[0] if len(found) == 1 else ""
+    lines = [(cls.name, line) for cls in classes for line in cls.body]
+    found = {cls for cls, line in lines if isinstance(line, ast.Assign) and name in map(name_of, line.targets)}
+    found |= {cls for cls, line in lines if isinstance(line, ast.AnnAssign) and name_of(line.target) == name}
+    return found.pop() if len(found) == 1 else ""
 
 
 def _holder(name: str, source: str) -> str:

@@ -223,6 +223,7 @@ NO_PART = "ModuleNotFoundError: No module named 'rclpy.node.Node'; 'rclpy.node' 
         (NO_GAIN, SET_LATER.replace("_post_", "_on_"), "", "Line 5 sets `self.kp`, and has not run yet: give it a fir"),
         (NO_GAIN, SET_LATER.replace("self.kp =", "self.ki ="), "", ""),
         (NO_WORD, OF_A_CLASS, "return ON", "`ON` is set in the class Motor, outside of its methods: write `Motor.ON`."),
+        (NO_WORD, OF_A_CLASS.replace("ON =", "ON: str ="), "return ON", "outside of its methods: write `Motor.ON`."),
         (NO_WORD, OF_A_CLASS.replace("    ON", "    OFF"), "return ON", ""),
         ("NameError: name 'this' is not defined", "", "this.on = True", "In Python this is written `self`."),
         (NO_PART, "import rclpy.node.Node\n", "", "of the module rclpy.node: write `from rclpy.node import Node`."),
