@@ -464,7 +464,7 @@ def _future_used(found: re.Match[str], source: str, code: str) -> str:
     return ""
 
 
-OF_PYTHON = {"true": "True", "false": "False", "null": "None", "none": "None"}
+OF_PYTHON = {"true": "True", "false": "False", "null": "None", "NULL": "None", "none": "None", "this": "self"}
 
 
 def _of_arrays(found: re.Match[str], source: str, code: str) -> str:
@@ -825,7 +825,7 @@ def _says(text: str) -> Callable[[re.Match[str], str], str]:
 # Patterns for the last line of a traceback, with their hints; the first match counts.  Seen with rclpy 7.1.6.
 KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(\w+)' object has no attribute '(\w+)'", written_outside),
-    (r"'(\w+)' object has no attribute '(\w+)'$", never_set),
+    (r"'(\w+)' object has no attribute '(\w+)'(?:$|\. Did you mean: '\w+'\?$)", never_set),
     (
         r"'ServerGoalHandle' object has no attribute '(?:cancel|cancel_goal|set_canceled|set_cancelled)'",
         _says("A server ends a goal that was cancelled with `goal_handle.canceled()`."),
@@ -1080,7 +1080,7 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (r"'(ServerGoalHandle|ClientGoalHandle)' object has no attribute '(\w+)'", of_a_goal_handle),
     (r"type object '(GoalStatus)' has no attribute '(\w+)'", of_a_goal_handle),
     (
-        r"name '(true|false|null|none)' is not defined",
+        rf"name '({'|'.join(OF_PYTHON)})' is not defined",
         lambda found, source: f"In Python this is written `{OF_PYTHON[found[1]]}`.",
     ),
     (r"name '(\w+)' is not defined", own_attribute),

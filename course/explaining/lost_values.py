@@ -10,6 +10,7 @@ from course.explaining.source import (
     functions,
     functions_of,
     inside,
+    last_parameter,
     name_of,
     named,
     undecorated,
@@ -27,6 +28,8 @@ def lost_values(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     yield from _differences_of_one_value(tree, skipped)
     yield from _methods_shown(tree)
     yield from _filled_in_vain(tree, skipped)
+    yield from sent_before_filled(tree, skipped)
+    yield from _hides_what_has_come(tree, skipped)
 
 
 def _bodies(function: ast.AST) -> Iterator[list[ast.stmt]]:
@@ -172,3 +175,66 @@ def _root(node: ast.expr) -> ast.expr:
     while isinstance(node, ast.Attribute):
         node = node.value
     return node
+
+
+def sent_before_filled(tree: ast.AST, skipped: int = 0) -> Iterator[tuple[int, str]]:
+    """Yield messages that are sent as they were made, before the lines that set their fields."""
+    for function in functions(tree):
+        nodes = [*inside(function)]
+        loops = [[*walk(node)] for node in nodes if isinstance(node, (ast.For, ast.While))]
+        if any(isinstance(node, (ast.Global, ast.Nonlocal)) for node in nodes):
+            continue
+        for made in (node for node in nodes if isinstance(node, ast.Assign) and _is_new(node.value)):
+            target = made.targets[0]
+            used = [node for node in walk(function) if isinstance(node, ast.Name) and node.id == ast.unparse(target)]
+            sent_by = [node for node in nodes if isinstance(node, ast.Call) and name_of(node.func) in SENDS]
+            sends = [call for call in sent_by if call.args and call.args[0] in used]
+            stored = [node for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)]
+            fields = [node for node in stored if _root(node) in used]
+            again = any(send in loop and made not in loop for loop in loops for send in sends)
+            known = {target, *(call.args[0] for call in sends), *map(_root, fields)}
+            if sends and fields and not again and known.issuperset(used):
+                sent, filled = [send.lineno for send in sends], min(node.lineno for node in fields)
+                if made.lineno < min(sent) and max(sent) < filled:
+                    how = f"Send it below the lines that set its fields, the first of which is line {filled - skipped}."
+                    yield min(sent), f"This sends `{ast.unparse(target)}` while it is empty. {how}"
+
+
+SENDS = ("publish", "publish_feedback")
+
+
+def _is_new(value: ast.expr) -> bool:
+    """Return True for an object of a class that is made without values: `Twist()`, `Lift.Feedback()`."""
+    return isinstance(value, ast.Call) and name_of(value.func)[:1].isupper() and not value.args and not value.keywords
+
+
+def _hides_what_has_come(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    """Yield new messages in the place of the one that a callback is given, if the next line with them reads a field."""
+    heard = {name_of(argument(call, *CALLBACKS["create_subscription"])) for call in calls(tree, "create_subscription")}
+    for function in named(tree, heard - {""}):
+        given, nodes = last_parameter(function), [*walk(function)]
+        used = [node for node in nodes if isinstance(node, ast.Name) and node.id == given]
+        for made in (node for node in function.body if isinstance(node, ast.Assign) and _is_new(node.value)):
+            later = [node.lineno for node in used if node.lineno > made.lineno]
+            if made.targets[0] not in used or len(later) < len(used) - 1:  # the one that has come is used before
+                continue
+            for node in (each for each in _numbers_read(nodes, made) if later and each.lineno == min(later)):
+                read = f"`{ast.unparse(node)}` in line {node.lineno - skipped} is that of the new, empty one"
+                yield made.lineno, f"This hides the `{given}` that has come: {read}. Give the new one another name."
+                break
+
+
+VALUES = (ast.Assign, ast.Call, ast.Tuple, ast.keyword)
+
+
+def _numbers_read(nodes: list[ast.AST], made: ast.Assign) -> Iterator[ast.Attribute]:
+    """Yield where a field of a new message is read, and nothing can fill it there: a part of a sum, or `data`."""
+    is_array = name_of(getattr(made.value, "func", None)).endswith("Array")
+    for node in nodes:
+        in_a_sum = isinstance(node, (ast.BinOp, ast.Compare))
+        for part in ast.iter_child_nodes(node) if in_a_sum or isinstance(node, VALUES) else ():
+            if not isinstance(part, ast.Attribute) or not isinstance(part.ctx, ast.Load):
+                continue
+            is_number = in_a_sum or (part.attr == "data" and not is_array)
+            if is_number and ast.unparse(_root(part)) == ast.unparse(made.targets[0]):
+                yield part

@@ -166,6 +166,19 @@ def _module_with(name: str, usual: Iterable[str]) -> str:
     return next(iter(own or [module for module, _ in having]), "")
 
 
+def _part_of_a_module(named: str, source: str) -> str:
+    """Return the hint on a class or a function that a program imports as if it were a module: `rclpy.node.Node`."""
+    module, _, name = named.rpartition(".")
+    imports = (node for node in walk(parse(source)) if isinstance(node, ast.Import))
+    if not module or named not in (alias.name for node in imports for alias in node.names):
+        return ""
+    with contextlib.suppress(ImportError):
+        known = is_there(module.partition(".")[0])  # its modules of interfaces have nothing but classes
+        if hasattr(importlib.import_module(module) if known else sys.modules.get(module), name):
+            return f"`{name}` is a part of the module {module}: write `from {module} import {name}`."
+    return ""
+
+
 def _module_of_rclpy(module: str, source: str) -> str:
     """Return the hint on a module that rclpy does not have: `rclpy.executor`; '' if none is like it."""
     known = [f"rclpy.{each.name}" for each in pkgutil.iter_modules(rclpy.__path__)]
@@ -275,6 +288,8 @@ def own_attribute(found: re.Match[str], source: str) -> str:
         return f"An attribute{of_the_node} needs `{owner}.`: write `{owner}.{name}`."
     if name in methods(source):
         return f"`{name}` is a method of the node: write `{owner}.{name}`."
+    if cls := _class_that_sets(name, source):
+        return f"`{name}` is set in the class {cls}, outside of its methods: write `{cls}.{name}`."
     for path in sorted(Path.cwd().glob("*.py")):  # a class of an exercise's file, which no copy is: `x.edited-1.py`
         if not path.stem.isidentifier():
             continue
@@ -289,6 +304,15 @@ def own_attribute(found: re.Match[str], source: str) -> str:
                 f"`ros.start('{path.name}')`."
             )
     return ""
+
+
+def _class_that_sets(name: str, source: str) -> str:
+    """Return the one class whose body sets a name, outside of its methods; '' without one."""
+    classes = [node for node in walk(parse(source)) if isinstance(node, ast.ClassDef)]
+    lines = [(cls.name, line) for cls in classes for line in cls.body]
+    found = {cls for cls, line in lines if isinstance(line, ast.Assign) and name in map(name_of, line.targets)}
+    found |= {cls for cls, line in lines if isinstance(line, ast.AnnAssign) and name_of(line.target) == name}
+    return found.pop() if len(found) == 1 else ""
 
 
 def _holder(name: str, source: str) -> str:
@@ -333,6 +357,8 @@ def is_module(found: re.Match[str], source: str) -> str:
     package = found[1].split(".")[0]
     if found[1] == f"{package}.py":
         return f"An import names a module without `.py`: `{package}`."
+    if part := _part_of_a_module(found[1], source):
+        return part
     if package == COURSE and "." in found[1]:
         near = difflib.get_close_matches(found[1], USUAL, 1)
         return f"Did you mean `{near[0]}`?" if near else ""

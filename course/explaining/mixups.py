@@ -12,9 +12,11 @@ from course.explaining.source import (
     CALLBACKS,
     argument,
     calls,
+    covers,
     functions,
     name_of,
     named,
+    parameter_callbacks,
     parse,
     service_callbacks,
     set_on_self,
@@ -195,7 +197,14 @@ def never_set(found: re.Match[str], source: str) -> str:
                 f"the object, write `{name} = ...` there."
             )
         if of_self and not local and "del " not in source and "delattr(" not in source:
-            return f"Line {of_self[0]} sets `{name}`, and has not run yet: give it a first value in `__init__`."
+            first = "give it a first value in `__init__`"
+            later = named(cls, parameter_callbacks(cls, "add_post_set_parameters_callback"))
+            if any(covers(function, of_self[0]) for function in later):
+                return (
+                    f"Line {of_self[0]} sets `{name}` in a callback that is called when a parameter is set, not at the "
+                    f"start: {first}, too."
+                )
+            return f"Line {of_self[0]} sets `{name}`, and has not run yet: {first}."
     return ""
 
 

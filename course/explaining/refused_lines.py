@@ -11,15 +11,18 @@ def refused(text: str, error: SyntaxError) -> str:
     """Return the hint on the line of a text that Python refuses with this error; '' if none is certain."""
     lines, number = text.splitlines(), error.lineno or 0
     line = lines[number - 1] if 0 < number <= len(lines) else error.text or ""
-    found = (why(line) for why in (else_if, decimal_comma, unquoted_command))
+    found = (why(line) for why in (else_if, decimal_comma, unquoted_command, of_another_language))
     if UNCLOSED in (error.msg or ""):
         return unclosed(text)
     return next(filter(None, found), "") or (moved_def(lines, number) if UNLIKE in (error.msg or "") else "")
 
 
 def else_if(line: str) -> str:
-    """Return the hint on `else if` in a line that Python refuses; '' for another one."""
-    return "In Python, `else if` is one word: `elif`." if re.match(r"\s*else\s+if\b", line) else ""
+    """Return the hint on `else if`, or `elseif`, in a line that Python refuses; '' for another one."""
+    found = re.match(r"\s*(else +if|elseif|elsif)\b", line)
+    if not found:
+        return ""
+    return "In Python, `else if` is one word: `elif`." if " " in found[1] else f"In Python, `{found[1]}` is `elif`."
 
 
 def decimal_comma(line: str) -> str:
@@ -33,6 +36,26 @@ def unquoted_command(line: str) -> str:
     if not re.search(r"\bterminal\(\s*(?:python3?|ros2)\s", line):
         return ""
     return "A command is a text: in quotation marks, as in `terminal('python3 my_file.py')`."
+
+
+TEXT_OR_COMMENT = re.compile(r"""(["'])(?:\\.|(?!\1).)*\1|#.*""")
+OF_OTHERS = (  # what C, Java or JavaScript write, and Python refuses; how Python writes it
+    (re.compile(r"&&"), "`&&` is `and`"),
+    (re.compile(r"\|\|"), "`||` is `or`"),
+    (re.compile(r"(?:[=(,:]|\b(?:and|elif|if|in|or|return|while))\s*!(?=\s*[\w(])"), "`!` is `not`"),
+    (re.compile(r"[\w\])]\+\+\s*;?\s*$"), "`x++` is `x += 1`"),
+    (re.compile(r"[\w\])]--\s*;?\s*$"), "`x--` is `x -= 1`"),
+    (re.compile(r"=<"), "`=<` is `<=`"),
+    (re.compile(r"\b(?:if|while)\b.*=>"), "`=>` is `>=`"),
+    (re.compile(r"\bnew\s+[A-Za-z_][\w.]*\s*\("), "an object is made without `new`"),
+)
+
+
+def of_another_language(line: str) -> str:
+    """Return the hint on what another language writes, in a line that Python refuses: `&&`, `x++`; '' without it."""
+    code = TEXT_OR_COMMENT.sub("''", line)
+    found = [how for pattern, how in OF_OTHERS if pattern.search(code)]
+    return f"In Python, {', and '.join(found)}." if found else ""
 
 
 UNCLOSED = "unterminated triple-quoted string literal"

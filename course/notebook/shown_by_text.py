@@ -10,6 +10,7 @@ from course.explaining.conditions import compared_with_nan
 from course.explaining.doubts import LOCKS
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.failure_report import frame_at
+from course.explaining.lost_values import sent_before_filled
 from course.explaining.misspelt_texts import operations
 from course.explaining.source import (
     CALLBACKS,
@@ -298,6 +299,21 @@ def _kept_nothing(file: str) -> str:
 
 
 KEEPING = ("append", "put", "setattr", "update", "publish", "set_result")
+
+
+def not_filled(file: str) -> str:
+    """Return what a program's text shows of a command that says nothing: sent before it is filled, or half set."""
+    source = text_at(Path(file))
+    tree = parse(source)
+    for line, why in sent_before_filled(tree):
+        return f"that is an empty command\n{frame_at(file, line, source)}\n{why}"
+    attributes = [node for node in walk(tree) if isinstance(node, ast.Attribute)]
+    stored = [ast.unparse(node) for node in attributes if isinstance(node.ctx, ast.Store)]
+    words = {name_of(node) or getattr(node, "arg", "") for node in walk(tree)}
+    for field, other in (("linear.x", "angular.z"), ("angular.z", "linear.x")):
+        if any(each.endswith(f".{other}") for each in stored) and not words & {field.partition(".")[0], "setattr"}:
+            return f"{file} sets `{other}` of the command, and nothing in it sets `{field}`"
+    return ""
 
 
 def other_unit(got: float, wanted: float) -> str:

@@ -48,6 +48,22 @@ NOT_A_METHOD = "AttributeError: 'WallFollower' object has no attribute 'nearest'
 DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because destruction was requested"
 
 
+NO_GAIN = "AttributeError: 'Pid' object has no attribute 'kp'. Did you mean: 'ki'?"
+SET_LATER = """class Pid(Node):
+    def __init__(self):
+        self.add_post_set_parameters_callback(self.changed)
+    def changed(self, params):
+        self.kp = params[0].value
+"""
+NO_WORD = "NameError: name 'ON' is not defined"
+OF_A_CLASS = """class Motor(Node):
+    ON = 'enabled'
+    def state(self):
+        return ON
+"""
+NO_PART = "ModuleNotFoundError: No module named 'rclpy.node.Node'; 'rclpy.node' is not a package"
+
+
 @pytest.mark.parametrize(
     ("error", "text", "code", "says"),
     [
@@ -203,6 +219,27 @@ DESTROYED = "rclpy._rclpy_pybind11.InvalidHandle: cannot use Destroyable because
         ),
         ("TypeError: unsupported operand type(s) for +: 'Time' and 'Time'", "", "", ""),
         (NOT_A_METHOD, f"{SCAN}        self.nearest = nearest(msg)\n", "", "Line 6 sets `self.nearest`, and has not"),
+        (NO_GAIN, SET_LATER, "", "Line 5 sets `self.kp` in a callback that is called when a parameter is set, not at"),
+        (NO_GAIN, SET_LATER.replace("_post_", "_on_"), "", "Line 5 sets `self.kp`, and has not run yet: give it a fir"),
+        (NO_GAIN, SET_LATER.replace("self.kp =", "self.ki ="), "", ""),
+        (NO_WORD, OF_A_CLASS, "return ON", "`ON` is set in the class Motor, outside of its methods: write `Motor.ON`."),
+        (NO_WORD, OF_A_CLASS.replace("ON =", "ON: str ="), "return ON", "outside of its methods: write `Motor.ON`."),
+        (NO_WORD, OF_A_CLASS.replace("    ON", "    OFF"), "return ON", ""),
+        ("NameError: name 'this' is not defined", "", "this.on = True", "In Python this is written `self`."),
+        (NO_PART, "import rclpy.node.Node\n", "", "of the module rclpy.node: write `from rclpy.node import Node`."),
+        (NO_PART.replace("rclpy.node", "time"), "import time.Node\n", "", ""),
+        (
+            "ModuleNotFoundError: No module named 'time.sleep'; 'time' is not a package",
+            "import time.sleep\n",
+            "",
+            "`sleep` is a part of the module time: write `from time import sleep`.",
+        ),
+        (
+            "ModuleNotFoundError: No module named 'std_msgs.msg.Float64'",
+            "import std_msgs.msg.Float64\n",
+            "",
+            "`Float64` is a part of the module std_msgs.msg: write `from std_msgs.msg import Float64`.",
+        ),
     ],
 )
 def test_a_mistake_of_beginners_is_told_only_where_it_is_certain(error, text, code, says):

@@ -52,6 +52,33 @@ def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
     assert told in said and bool(said) == bool(told)
 
 
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("if a && not b: pass", "In Python, `&&` is `and`."),
+        ("if a || b: pass", "In Python, `||` is `or`."),
+        ("if a and !self.stopped: pass", "In Python, `!` is `not`."),
+        ("response.success = !(a and b)", "In Python, `!` is `not`."),
+        ("if !a && !b: pass", "In Python, `&&` is `and`, and `!` is `not`."),
+        ("self.floor++", "In Python, `x++` is `x += 1`."),
+        ("floors[0]--;", "In Python, `x--` is `x -= 1`."),
+        ("all(0 =< floor <= top for floor in floors)", "In Python, `=<` is `<=`."),
+        ("if floor => top: pass", "In Python, `=>` is `>=`."),
+        ("cmd = new Twist()", "In Python, an object is made without `new`."),
+        ("elseif request.data: pass", "In Python, `elseif` is `elif`."),
+        ("print('a && b', c || d", "In Python, `||` is `or`."),
+        ("print('!a', \"x++\"  # new Twist(), a =< b", ""),
+        ("if a != b or f'{a!r}' pass", ""),
+        ("later = lambda x => x", ""),
+        ("a = [1, 2", ""),
+    ],
+)
+def test_what_other_languages_write_is_told_in_the_words_of_python(line, says):
+    with pytest.raises(SyntaxError) as raised:
+        compile(line, "a.py", "exec")
+    assert refused(line, raised.value) == says
+
+
 TEXTS = """class Motors(Node):
     def enable(self):
         {first}

@@ -1151,3 +1151,70 @@ def test_a_client_that_asks_for_another_field_than_success_is_told(line, says):
     text += "    def __init__(self):\n        self.client = self.create_client(Trigger, '/status')\n"
     told = "\n".join(slips(f"{text}    def say(self, answer):\n        {line}\n"))
     assert says in told and bool(says) == bool(told), told
+
+
+DRIVES = """
+class Follower(Node):
+    def control_loop(self):
+        cmd = Twist()
+        {first}
+        if self.fresh():
+            cmd.linear.x = 0.3
+        {last}
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "told"),
+    [
+        ("self.publisher.publish(cmd)", "pass", True),
+        ("self.publisher.publish(cmd)", "cmd.angular.z = 0.1", True),
+        ("self.publisher.publish(cmd)", "self.publisher.publish(cmd)", False),
+        ("self.publisher.publish(cmd)", "self.send(cmd)", False),
+        ("self.publisher.publish(cmd)", "return cmd", False),
+        ("while self.fresh(): self.publisher.publish(cmd)", "pass", False),
+        ("def send(): self.publisher.publish(cmd)", "send()", False),
+        ("pass", "self.publisher.publish(cmd)", False),
+    ],
+)
+def test_a_message_that_is_sent_before_it_is_filled_is_told(first, last, told):
+    found = slips(f"%%exercise a.py\n{DRIVES.strip()}".format(first=first, last=last))
+    text = "note: line 4: This sends `cmd` while it is empty. Send it below the lines that set its fields, the first of"
+    assert [each.startswith(f"{text} which is line 6.") for each in found] == [True] * told, found
+
+
+HEARS = """
+class Pid(Node):
+    def __init__(self):
+        super().__init__('pid')
+        self.publisher = self.create_publisher(Float64, 'effort', 10)
+        self.create_subscription(Float64, 'error', self.heard, 10)
+
+    def heard(self, msg):
+        {first}
+        {second}
+        self.publisher.publish(msg)
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "told"),
+    [
+        ("msg = Float64()", "self.total = self.total + msg.data * 2.0", True),
+        ("msg = Float64()", "error = msg.data", True),
+        ("msg = Float64()", "error, now = msg.data, time.monotonic()", True),
+        ("msg = Float64()", "effort = Float64(data=msg.data)", True),
+        ("msg = Float64()", "msg.data = max(-1.0, 2.0 * msg.data)", True),
+        ("msg = Float64()", "msg.data = 2.0", False),
+        ("error = msg.data; msg = Float64()", "msg.data = 2.0 * msg.data", False),
+        ("msg = Twist()", "msg.linear.x = 0.5", False),
+        ("msg = Twist()", "speed = msg.linear; speed.x = 0.5", False),
+        ("msg = LaserScan()", "msg.ranges.append(1.0)", False),
+        ("msg = Float64MultiArray()", "values = msg.data; values.append(1.0)", False),
+        ("effort = Float64()", "effort.data = 2.0 * msg.data", False),
+    ],
+)
+def test_a_new_message_that_hides_the_one_that_has_come_is_told(first, second, told):
+    found = [each for each in slips(HEARS.format(first=first, second=second)) if "hides" in each]
+    text = "note: line 9: This hides the `msg` that has come: `msg.data` in line 10 is that of the new, empty one. Give"
+    assert [each.startswith(text) for each in found] == [True] * told, found

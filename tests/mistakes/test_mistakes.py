@@ -117,6 +117,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "ai_integration/rules_in_another_order": "tests/notebook/test_public_checks.py",
     "ai_integration/scans_without_a_world": "tests/session/test_matching.py",
     "ai_integration/self_forgotten": "tests/explaining/test_failure_report.py",
+    "ai_integration/sent_before_it_is_filled": "tests/explaining/test_slips.py",
     "ai_integration/time_of_the_first_scan": "tests/notebook/test_public_checks.py",
     "ai_integration/timer_forgotten": "tests/notebook/test_public_checks.py",
     "ai_integration/timer_in_a_callback": "tests/explaining/test_slips.py",
@@ -153,6 +154,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "parameters/int_default": "tests/ros2/test_param.py",
     "parameters/int_for_a_double": "tests/notebook/test_public_checks.py",
     "parameters/integral_in_milliseconds": "tests/notebook/test_public_checks.py",
+    "parameters/message_hides_the_one_that_came": "tests/explaining/test_slips.py",
     "parameters/misspelt_in_a_callback": "tests/explaining/test_slips.py",
     "parameters/pre_set_returns_nothing": "tests/explaining/test_failure_report.py",
     "parameters/publishes_an_empty_message": "tests/explaining/test_slips.py",
@@ -199,6 +201,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/waits_for_a_service_in_a_callback": "tests/explaining/test_failure_report.py",
     "services/waits_in_a_loop": "tests/explaining/test_failure_report.py",
     "services/waits_in_a_loop_of_a_cell": "tests/explaining/test_cell_loops.py",
+    "services/words_of_another_language": "tests/explaining/test_refused_lines.py",
     "services/wrong_name": "tests/session/test_matching.py",
     "services/wrong_type": "tests/session/test_matching.py",
 }

@@ -540,6 +540,40 @@ def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, ne
     assert says in Page("parameters").judge(files)["pid-node"]
 
 
+def test_the_check_of_the_controller_shows_the_value_of_each_parameter_that_begins_otherwise(empty):
+    files = answers.changed(answers.solution("parameters"), "pid_node.py", ("'elbow'", "''"))
+    assert Page("parameters").judge(files)["pid-node"] == "started with kd:=0.5, joint_name must be 'elbow', and is ''"
+
+
+SETS_LINEAR = "            cmd.linear.x = action['linear']\n"
+SETS_ANGULAR = "            cmd.angular.z = action['angular']\n"
+MAKES = "        cmd = Twist()\n"
+SENDS = "        self.cmd_vel_pub.publish(cmd)\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (
+            [(SETS_LINEAR, "")],
+            "told (0.0, -0.0): wall_follower.py sets `angular.z` of the command, and nothing in it sets `linear.x`",
+        ),
+        each_night(
+            [(SETS_ANGULAR, "")],
+            "told (0.0, 0.0): wall_follower.py sets `linear.x` of the command, and nothing in it sets `angular.z`",
+        ),
+        each_night(
+            [(f"{SETS_ANGULAR}{SENDS}", SETS_ANGULAR), (MAKES, f"{MAKES}{SENDS}")],
+            "publish(cmd)\nThis sends `cmd` while it is empty. Send it below the lines that set its fields, the first",
+        ),
+    ],
+)
+def test_the_check_of_the_follower_does_not_blame_the_scan_for_a_command_that_is_not_filled(empty, changes, says):
+    files = answers.changed(answers.solution("ai_integration"), "wall_follower.py", *changes)
+    said = Page("ai_integration").judge(files, "wall-follower")["wall-follower"]
+    assert says in said and "a scan that may be used" not in said
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -632,6 +666,36 @@ UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
 def test_the_check_of_the_lift_refuses_what_breaks_a_promise(empty, old, new, says):
     files = answers.changed(answers.solution("actions"), "lift_server.py", (old, new))
     assert says in Page("actions").judge(files, "lift-server")["lift-server"]
+
+
+APPENDS = "            stops.append(left.pop(0))\n"
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        (
+            [(UP, f"{UP}            stops.append(self.floor)\n"), (APPENDS, "            left.pop(0)\n")],
+            "[1, 2, 1], floor=1): these are all floors that it came by, and only floors of the goal are stops",
+        ),
+        each_night(
+            [("stops, left = [],", "stops, left = [self.floor],")],
+            "[0, 2, 1], floor=1): 0 is no stop of this goal. It is one of the goal before, or the floor where the",
+        ),
+        each_night(
+            [("stops, left = [],", "stops, left = vars(self).setdefault('stops', []),")],
+            "[0, 2, 1], floor=1): 0 is no stop of this goal. It is one of the goal before, or the floor where the",
+        ),
+        each_night(
+            [(UP, f"{UP}            stops.append(left[0])\n"), (APPENDS, "            left.pop(0)\n")],
+            "must give stops=[2, 1], floor=1, and gave course_interfaces.action.Lift_Result(stops=[2, 2, 1]",
+        ),
+    ],
+)
+def test_the_check_of_the_lift_says_of_wrong_stops_only_what_is_certain(empty, changes, says):
+    files = answers.changed(answers.solution("actions"), "lift_server.py", *changes)
+    said = Page("actions").judge(files, "lift-server")["lift-server"]
+    assert says in said and ("goal before" in said) == ("goal before" in says)
 
 
 @pytest.mark.matrix  # a right answer on a slow machine; test_the_reference_passes
@@ -816,6 +880,8 @@ SWALLOWED = """\
             except Exception:
                 return
 """
+PID = answers.solution("parameters")["pid_node.py"].decode()
+CLAMPED = PID[PID.index("        effort = (self.value('kp')") : PID.index("\n\ndef main")]
 SENTENCES = [
     (
         "parameters",
@@ -871,6 +937,16 @@ SENTENCES = [
         "        if abs(self.value('kp') * error + self.value('kd') * slope) > self.value('output_max'):\n"
         "            self.last_error = before\n",
         "the error and the time of each message count for the next one, also when the effort is clamped: with kd = 2, ",
+    ),
+    (
+        "parameters",
+        "pid-node",
+        "pid_node.py",
+        CLAMPED,
+        CLAMPED.replace("\n                  + self.value('kd') * slope", "").replace(
+            "data=effort", "data=effort + self.value('kd') * slope"
+        ),
+        "the whole effort is clamped, the part of the slope as well: with kd = 2, limits of -1 and 1, and ",
     ),
     each_night(
         "parameters",
@@ -2461,3 +2537,43 @@ def test_the_first_task_of_parameters_sees_refused_values_that_are_kept(empty, c
     )
     exec(imports + head + body + known["battery-check"], names)
     assert capsys.readouterr().out == says
+
+
+ANGLES = "    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))\n"
+BY_DEGREES = f"{ANGLES}    degrees = np.degrees(angles) % 360\n"
+BEHIND = "    behind = (degrees >= 150) & (degrees <= 210)\n"
+USABLE = "    usable = (ranges >= scan.range_min) & (ranges <= scan.range_max)\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (BY_DEGREES + BEHIND + USABLE, "rear: as asked"),
+        (
+            f"{ANGLES}    behind = np.abs(np.degrees(angles)) >= 150\n{USABLE}",
+            "360 beams from the front: the distance must be 1.5, and is 1.0",
+        ),
+        (
+            f"{ANGLES}    degrees = np.degrees(angles)\n    behind = (degrees >= 150) | (degrees <= -150)\n{USABLE}",
+            "360 beams from the front: the distance must be 1.5, and is 1.0",
+        ),
+        (
+            f"{BY_DEGREES}{BEHIND}    usable = ranges >= scan.range_min\n",
+            "too far to be measured: the distance must be inf, and is 9.5",
+        ),
+        (
+            f"{BY_DEGREES}{BEHIND}    usable = ranges <= scan.range_max\n",
+            "too near to be measured: the distance must be inf, and is 0.05000000074505806",
+        ),
+    ],
+)
+def test_the_first_task_of_the_robot_sees_the_whole_circle_and_both_ends_of_the_range(capsys, body, says):
+    page = nbformat.read(NOTEBOOKS / "ai_integration" / "ai_integration.ipynb", 4)
+    known = {cell["id"]: cell["source"] for cell in page.cells}
+    head, _, _ = known["rear-stub"].partition("    # here: ")
+    imports = "import math\nimport numpy as np\nfrom sensor_msgs.msg import LaserScan\n"
+    last = "    return float(ranges[behind & usable].min(initial=np.inf))\n"
+    exec(imports + head + body + last + known["rear-check"], {})
+    solution = known["rear-answer"].partition("```python\n")[2].partition("```")[0]
+    exec(imports + solution + known["rear-check"], {})
+    assert capsys.readouterr().out == f"{says}\nrear: as asked\n"
