@@ -12,9 +12,12 @@ def parameters(request: pytest.FixtureRequest, name: str) -> list[dict[str, Any]
     return [each.params for each in every if each and name in each.params]
 
 
-def values(request: pytest.FixtureRequest, name: str) -> set[Any]:
-    """Return what the parameter `name` is in the chosen tests of the requesting file."""
-    return {each[name] for each in parameters(request, name)}
+def values(request: pytest.FixtureRequest, name: str) -> list[Any]:
+    """Return the values of the parameter `name` in the chosen tests of the requesting file, each once, in their order.
+
+    What begins in the order of the tests is there when its test waits for it.
+    """
+    return [*dict.fromkeys(each[name] for each in parameters(request, name))]
 
 
 def cases(every: Iterable[Any], nightly: Collection[Any]) -> list[Any]:

@@ -149,10 +149,11 @@ class Busy(Server):
                 self._played = True
             yield self._seen[name]
 
-    def away(self, least: int = 2, most: int = 4) -> int:
-        """A floor that is so many steps from the cabin, and not near floor 0."""
+    def away(self, least: int = 2, most: int = 4, but: int | None = None) -> int:
+        """A floor that is so many steps from the cabin, not near floor 0, and another one than `but`."""
         here = min(HIGH, self.place)
-        return self._rng.choice([floor for floor in range(2, HIGH + 1) if least <= abs(floor - here) <= most])
+        floors = [floor for floor in range(2, HIGH + 1) if least <= abs(floor - here) <= most and floor != but]
+        return self._rng.choice(floors)
 
     def begin_long(self, alive: Alive, limit: float) -> Ride | None:
         """A goal of at least 11 steps, some of which are done, the first of them a stop; None when it has no answer."""
@@ -313,6 +314,7 @@ class Busy(Server):
         return bool(rides) and rides[0].goal.refusals > 1
 
     def _block(self, limit: float, alive: Alive) -> Blocking | Fault | None:
+        begun = self.place
         ride = self.begin_long(alive, limit)
         if ride is None:
             return None
@@ -325,7 +327,7 @@ class Busy(Server):
         self.soon_over(ride, limit)
         here = self.place
         told = ride.goal.result.floor if ride.goal.status else here
-        floor = self.away()
+        floor = self.away(but=begun)  # there, a cabin that a block puts back would need no step
         rides = []
         for floors in ([here, floor], [floor], *([place] for place in dict.fromkeys((here, told)))):
             goal = self.give(floors, alive, limit)
