@@ -1299,7 +1299,7 @@ WRONG = {
     "client shows a whole number": (client(("{response.result}", "{response.result:.0f}")), {"client_shows_result"}),
     "client sleeps until the answer is there": (
         client((ASKS, SLEEPS)),
-        {"client_shows_result", "client_shows_message", "client_exit_status"},
+        {"client_shows_result", "client_shows_message", "client_exit_status", "client_without_answer"},
     ),
     "client shows the future": (
         client(("        return future.result()", "        print(future)\n        return future"), (ASKS, SLEEPS)),
