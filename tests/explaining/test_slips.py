@@ -523,6 +523,23 @@ def test_a_condition_on_a_parameter_that_never_changes_is_told(test, says):
     assert says in told and bool(says) == bool(told), told
 
 
+@pytest.mark.parametrize(
+    ("line", "product"),
+    [
+        ("return max(-0.5, min(0.5, 1.5(0.6 - right)))", "1.5 * (0.6 - right)"),
+        ("return 2(right)", "2 * right"),
+        ("return 1.5 * (0.6 - right)", ""),
+        ("return gain(0.6 - right)", ""),
+        ("return 1.5()", ""),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*object is not callable:SyntaxWarning")
+def test_a_number_that_is_called_is_told(line, product):
+    number = product.partition(" ")[0]
+    told = f"note: line 2: the number {number} is not a function. To multiply, write `{product}`."
+    assert slips(f"def decide(right):\n    {line}\n") == ([told] if product else [])
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):

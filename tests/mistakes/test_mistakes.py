@@ -110,6 +110,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "ai_integration/method_without_brackets": "tests/explaining/test_slips.py",
     "ai_integration/misspelt_own_module": "tests/explaining/test_failure_report.py",
     "ai_integration/nan_to_num": "tests/notebook/test_shown_by_text.py",
+    "ai_integration/product_without_its_star": "tests/explaining/test_slips.py",
     "ai_integration/quality_of_service_in_a_cell": "tests/session/test_matching.py",
     "ai_integration/quality_of_service_in_the_check": "tests/session/test_matching.py",
     "ai_integration/rate_in_a_timer": "tests/notebook/test_judging.py",
