@@ -540,6 +540,33 @@ def test_a_number_that_is_called_is_told(line, product):
     assert slips(f"def decide(right):\n    {line}\n") == ([told] if product else [])
 
 
+STEPS = """import time
+class PidNode(Node):
+    def hear(self, msg):
+        now = {clock}
+        step = {step}
+        self.total += msg.data * {used}
+        self.last = now
+"""
+
+
+@pytest.mark.parametrize(
+    ("clock", "step", "used", "told"),
+    [
+        ("time.time()", "now - self.last", "step", True),
+        ("time.time()", "now - self.last if self.last else 0.0", "step", True),
+        ("time.time()", "0.0", "(now - self.last)", True),
+        ("time.monotonic()", "now - self.last", "step", False),
+        ("time.time()", "now - self.last", "2.0", False),
+        ("msg.time()", "now - self.last", "step", False),
+    ],
+)
+def test_a_step_by_a_clock_that_may_be_set_is_told(clock, step, used, told):
+    says = "note: line 4: `time.time()` jumps when the clock of the computer is set. To measure a step, use "
+    says += "`time.monotonic()`, which does not."
+    assert slips(STEPS.format(clock=clock, step=step, used=used)) == ([says] if told else [])
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):

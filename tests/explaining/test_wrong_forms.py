@@ -273,6 +273,7 @@ def test_a_part_of_an_action_for_its_type_is_told_when_the_program_has_crashed(t
 
 
 OF_A_FLOAT = "TypeError: 'float' object is not callable"
+WHERE = "check where each name gets its value."
 MEANT = "If a function is meant, check where it gets its value."
 
 
@@ -297,8 +298,7 @@ MEANT = "If a function is meant, check where it gets its value."
         ),
         (
             "effort = kp(error) + kd(slope)",
-            "Something that is called in this line is a float, not a function: check where each name gets its value. A "
-            "product is written with `*`.",
+            f"Something that is called in this line is a float, not a function: {WHERE} A product is written with `*`.",
         ),
         ("far = msg.data()", "`msg.data` is a float here, not a function: leave out the brackets after it."),
         ("far = msg.data('m')", "`msg.data` is a float here, not a function: leave out the brackets after it."),
