@@ -540,6 +540,32 @@ def test_a_number_that_is_called_is_told(line, product):
     assert slips(f"def decide(right):\n    {line}\n") == ([told] if product else [])
 
 
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.create_timer(0,1, self.look)", ["0,1"]),
+        ("self.create_timer(0,10, callback=self.look)", ["0,10"]),
+        ("self.declare_parameter('output_min', -10,0)", ["-10,0"]),
+        ("self.declare_parameter(name, 1,0, described)", ["1,0"]),
+        ("return max(-0,5, min(0,5, self.turn(right)))", ["-0,5", "0,5"]),
+        ("return min(0.5, 1,5 * (0.6 - right))", ["1,5"]),
+        ("return np.clip(turn, -0,5, 0,5)", ["-0,5", "0,5"]),
+        ("self.create_timer(0.1, self.look)", []),
+        ("self.declare_parameter('kp', 1)", []),
+        ("return max(0,5,right)", []),
+        ("return max(0, 5, right)", []),
+        ("return np.clip(turn, 0,5)", []),
+        ("return self.turn(0,5, right)", []),
+        ("return max(right, 0,\n                   5)", []),
+    ],
+)
+def test_a_decimal_comma_between_two_arguments_is_told(line, told):
+    says = "note: line 3: Python takes `{}` for two arguments: a number has a decimal point, `{}`."
+    text = f"class Follower(Node):\n    def turns(self, right, turn, name, described):\n        {line}\n"
+    assert slips(text) == [says.format(each, each.replace(",", ".")) for each in sorted(told)]
+    assert slips(f"x = 1\x0c\n{text}") == [each.replace("line 3", "line 5") for each in slips(text)]
+
+
 STEPS = """import time
 class PidNode(Node):
     def hear(self, msg):

@@ -99,6 +99,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "ai_integration/agent_loops": "tests/notebook/test_judging.py",
     "ai_integration/agent_without_brackets": "tests/explaining/test_failure_report.py",
     "ai_integration/class_handed_over": "tests/explaining/test_failure_report.py",
+    "ai_integration/comma_in_a_period": "tests/explaining/test_slips.py",
     "ai_integration/compared_with_nan": "tests/explaining/test_slips.py",
     "ai_integration/exit_in_a_callback": "tests/session/test_doing.py",
     "ai_integration/file_hides_numpy": "tests/explaining/test_failure_report.py",
