@@ -1021,6 +1021,35 @@ def test_what_a_text_makes_twice_is_told_with_both_lines(again, more, says):
     assert [says in line for line in told] == [True] * bool(says), told
 
 
+A_NODE = """class Motors(Node):
+    {line}
+
+
+def main(args=None):
+    rclpy.spin(Motors())
+
+
+if __name__ == '__main__':
+    main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "more", "told"),
+    [
+        ("%%exercise motors.py\n", A_NODE.format(line="value = 2"),
+         "note: line 11: the class 'Motors' is defined in line 1, too. Keep one of the two, and one `main()`."),
+        ("%%exercise motors.py\n", "class Motors(Node):\n    value = 2\n",
+         "note: line 11: the class 'Motors' is defined in line 1, too. Keep one of the two."),
+        ("%%exercise motors.py\n", "class Motors(Motors):\n    value = 2\n", ""),
+        ("%%exercise motors.py\n", "class Motor(Node):\n    value = 2\n", ""),
+        ("", A_NODE.format(line="value = 2"), ""),
+    ],
+)  # fmt: skip
+def test_a_class_that_a_file_has_twice_is_told_with_both_lines(first, more, told):
+    assert slips(f"{first}{A_NODE.format(line='value = 1')}{more}") == ([told] if told else [])
+
+
 ACCEPTS = """%%exercise lift_server.py
 class Lift(Node):
     def __init__(self):

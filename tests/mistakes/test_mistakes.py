@@ -178,6 +178,7 @@ ELSEWHERE = {  # whose message each run tests without a kernel, by the module th
     "services/callback_loops": "tests/session/test_doing.py",
     "services/callback_sleeps": "tests/session/test_doing.py",
     "services/callers_wait_in_turn": "tests/notebook/test_public_checks.py",
+    "services/class_left_from_the_stub": "tests/explaining/test_slips.py",
     "services/client_of_another_type_in_a_cell": "tests/session/test_starts.py",
     "services/constructor_that_never_returns": "tests/session/test_starts.py",
     "services/docstring_not_closed": "tests/explaining/test_refused_lines.py",
