@@ -63,7 +63,7 @@ def called_numbers(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the numbers that a text calls as a function, and a sentence: `1.5(0.6 - right)`."""
     for call in (node for node in walk(tree) if isinstance(node, ast.Call)):
         number = call.func.value if isinstance(call.func, ast.Constant) else None
-        if type(number) in (int, float) and (how := product(call)):
+        if isinstance(number, (int, float)) and not isinstance(number, bool) and (how := product(call)):
             yield call.lineno, f"the number {number} is not a function. To multiply, write `{how}`."
 
 

@@ -566,6 +566,76 @@ def test_a_decimal_comma_between_two_arguments_is_told(line, told):
     assert slips(f"x = 1\x0c\n{text}") == [each.replace("line 3", "line 5") for each in slips(text)]
 
 
+@pytest.mark.parametrize(
+    ("given", "returned", "told"),
+    [
+        ("", "GoalResponse.ACCEPT", "goal_callback"),
+        ("", "CancelResponse.REJECT", "cancel_callback"),
+        (", goal_callback=self.look", "GoalResponse.ACCEPT", ""),
+        (", goal_callback=lambda goal: self.look(goal)", "GoalResponse.ACCEPT", ""),
+        ("", "goal.floors", ""),
+    ],
+)  # fmt: skip
+def test_a_callback_that_an_action_server_is_not_given_is_told(given, returned, told):
+    text = "class Cabin(Node):\n    def __init__(self):\n        super().__init__('cabin')\n"
+    text += f"        self.server = ActionServer(self, Lift, 'lift', self.execute{given})\n"
+    text += "    def execute(self, goal_handle):\n        return Lift.Result()\n"
+    text += f"    def look(self, goal):\n        return {returned}\n"
+    says = f"note: line 7: 'look' returns a {returned.partition('.')[0]}, and nothing calls or registers it: write "
+    says += f"`{told}=self.look` where the ActionServer is made."
+    assert slips(f"%%exercise cabin.py\n{text}") == ([says] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("sets", "told"),
+    [
+        ("goal = future.result()", True),
+        ("self.goal = goal = future.result()", False),
+        ("self.goal = future.result()", False),
+        ("done = future.result()", False),
+    ],
+)
+def test_a_variable_beside_an_attribute_that_stays_none_is_told(sets, told):
+    text = "class Client(Node):\n    def __init__(self):\n        self.goal = None\n"
+    text += f"    def accepted(self, future):\n        {sets}\n        print({sets.split()[0]})\n"
+    text += "    def cancel(self):\n        return self.goal.cancel_goal_async()\n"
+    says = "note: line 5: `goal` is a variable of 'accepted' alone, and nothing sets `self.goal`, which stays None. To "
+    assert slips(f"%%exercise client.py\n{text}") == ([f"{says}set that, write `self.goal = ...`."] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("value", "asked", "told"),
+    [
+        ("'False'", "if self.stopped:", "False"),
+        ("'True'", "while not self.stopped:", "True"),
+        ("False", "if self.stopped:", ""),
+        ("'False'", "if self.stopped == 'False':", ""),
+        ("'no'", "if self.stopped:", ""),
+    ],
+)
+def test_a_text_for_a_bool_is_told(value, asked, told):
+    text = f"class Motors:\n    def __init__(self):\n        self.stopped = {value}\n"
+    text += f"    def look(self):\n        {asked}\n            return 1\n"
+    says = f"note: line 3: `{value}` is a text, and each text but the empty one is true: write `{told}`."
+    assert slips(text) == ([says] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("returned", "asked", "told"),
+    [
+        ("self.came is not None and self.get_clock().now() - self.came", "if self.is_fresh():", True),
+        ("self.get_clock().now() - self.came", "if not self.is_fresh():", True),
+        ("self.get_clock().now() - self.came < FRESH", "if self.is_fresh():", False),
+        ("self.get_clock().now() - self.came", "if self.is_fresh() < FRESH:", False),
+    ],
+)
+def test_a_duration_as_a_condition_is_told(returned, asked, told):
+    text = f"class Follower(Node):\n    def is_fresh(self):\n        return {returned}\n"
+    text += f"    def look(self):\n        {asked}\n            return 1\n"
+    says = "note: line 3: `self.get_clock().now() - self.came` is a Duration, which is always true: compare it with "
+    assert slips(text) == ([f"{says}another one, such as `Duration(seconds=0.5)`."] if told else [])
+
+
 STEPS = """import time
 class PidNode(Node):
     def hear(self, msg):
