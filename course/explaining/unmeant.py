@@ -54,13 +54,14 @@ def _computed_once(tree: ast.Module) -> Iterator[tuple[int, str]]:
 
 
 def _steps_of_the_clock(tree: ast.Module) -> Iterator[tuple[int, str]]:
-    """Yield where `time.time()` gives a step, the time between two calls, with which a function computes."""
+    """Yield where `time.time()` gives a step, the time since a kept one, with which a function computes."""
     for function in functions(tree):
         nodes = [*inside(function)]
         made = [pair for node in nodes if isinstance(node, ast.Assign) for pair in _pairs(node)]
         clocks = {ast.unparse(target): value for target, value in made if _is_clock(value)}
         steps = {id(node): clocks.get(ast.unparse(node.left), node.left) for node in nodes
                  if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
+                 and isinstance(node.right, ast.Attribute)
                  and (_is_clock(node.left) or ast.unparse(node.left) in clocks)}  # fmt: skip
         kept = {ast.unparse(target): steps[id(node)] for target, value in made for node in walk(value)
                 if id(node) in steps}  # fmt: skip

@@ -655,6 +655,7 @@ class PidNode(Node):
         ("time.monotonic()", "now - self.last", "step", False),
         ("time.time()", "now - self.last", "2.0", False),
         ("msg.time()", "now - self.last", "step", False),
+        ("time.time()", "now - begin", "step", False),
     ],
 )
 def test_a_step_by_a_clock_that_may_be_set_is_told(clock, step, used, told):
