@@ -4,7 +4,7 @@ import ast
 import re
 from collections.abc import Iterable, Iterator
 
-from course.explaining.source import calls, name_of, outcome, the_method_itself
+from course.explaining.source import calls, inside, name_of, outcome, the_method_itself
 from course.foundation.syntax import walk
 
 OF_RCLPY = {"server_is_ready", "service_is_ready", "wait_for_server", "wait_for_service"}  # methods of its clients
@@ -21,6 +21,9 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.Assign) and name_of(getattr(node.value, "func", None)).endswith("_async")
         for target in node.targets
     }
+    conditions = [asked for node in nodes for asked in asked_by(node)]
+    yield from _texts_for_bools(nodes, {*map(ast.unparse, conditions)})
+    yield from _durations(nodes, {name_of(asked.func) for asked in conditions if isinstance(asked, ast.Call)})
     for node in nodes:
         for asked in asked_by(node):
             text = ast.unparse(asked)
@@ -40,6 +43,26 @@ def always(tree: ast.AST) -> Iterator[tuple[int, str]]:
     yield from _bare_texts(nodes)
     yield from compared_with_nan(nodes)
     yield from _radians_with_degrees(nodes)
+
+
+def _texts_for_bools(nodes: list[ast.AST], conditions: set[str]) -> Iterator[tuple[int, str]]:
+    """Yield what is set to a text for a bool, and is a condition elsewhere: `self.stopped = 'False'`."""
+    for node in (each for each in nodes if isinstance(each, ast.Assign)):
+        word = getattr(node.value, "value", None)
+        if word in ("True", "False") and conditions.intersection(map(ast.unparse, node.targets)):
+            yield node.lineno, f"`{word!r}` is a text, and each text but the empty one is true: write `{word}`."
+
+
+def _durations(nodes: list[ast.AST], asked: set[str]) -> Iterator[tuple[int, str]]:
+    """Yield the times since a moment that a function returns, if its name is among those `asked` as conditions."""
+    for function in (each for each in nodes if isinstance(each, ast.FunctionDef) and each.name in asked):
+        for value in (each.value for each in inside(function) if isinstance(each, ast.Return)):
+            last = value.values[-1] if isinstance(value, ast.BoolOp) else value
+            if not isinstance(last, ast.BinOp) or not isinstance(last.op, ast.Sub):
+                continue
+            if ast.unparse(last.left).endswith(".get_clock().now()"):
+                text = f"`{ast.unparse(last)}` is a Duration, which is always true:"
+                yield last.lineno, f"{text} compare it with another one, such as `Duration(seconds=0.5)`."
 
 
 TEXT_METHODS = {"capitalize", "casefold", "lower", "strip", "title", "upper"}

@@ -1,4 +1,4 @@
-"""Things that a text makes twice, of which one is lost: a method of a class, a server or a subscription of a node."""
+"""Things that a text makes twice, of which one is lost: a class, a method, a server or a subscription of a node."""
 
 import ast
 from collections.abc import Iterator
@@ -18,8 +18,20 @@ def doubled(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
     """Yield the line of the second of two such, and a sentence; `skipped` lines at the top are not part of a file."""
     for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         yield from _methods(cls, skipped)
+    if skipped:  # a cell of a notebook may show one class after the other
+        yield from _classes(tree, skipped)
     for function in functions(tree):
         yield from _made(function, skipped)
+
+
+def _classes(tree: ast.Module, skipped: int) -> Iterator[tuple[int, str]]:
+    first: dict[str, int] = {}
+    two = [each.name for each in tree.body if isinstance(each, ast.FunctionDef)].count("main") > 1
+    for cls in (node for node in tree.body if isinstance(node, ast.ClassDef)):
+        if cls.name in first and cls.name not in map(ast.unparse, cls.bases):
+            text = f"the class '{cls.name}' is defined in line {first[cls.name] - skipped}, too."
+            yield cls.lineno, f"{text} Keep one of the two{', and one `main()`' if two else ''}."
+        first[cls.name] = cls.lineno
 
 
 def _methods(cls: ast.ClassDef, skipped: int) -> Iterator[tuple[int, str]]:

@@ -85,7 +85,7 @@ from course.explaining.nothing import (
     silent_helper,
 )
 from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept, parameters_for_one
-from course.explaining.operands import time_without, unfit
+from course.explaining.operands import NUMBERS, product, time_without, unfit
 from course.explaining.overwritten import (
     NO_TYPE,
     NOT_CALLABLE,
@@ -298,13 +298,24 @@ def _called_here(found: re.Match[str], source: str, code: str) -> str:
     properties = {each.name for each in functions(parse(source)) if "property" in map(name_of, each.decorator_list)}
     if len(names) == 1 and (name := names[0].rpartition(".")[2]) in properties:
         return f"`{name}` is a property: leave out the brackets, `{names[0]}`."
+    products = _products(code) if found[1] in NUMBERS else []
+    if len(names) == 1 and products:
+        told = f"`{names[0]}` is {kind} here, not a function. To multiply, write `{products[0]}`."
+        return told if names[0][0].isdecimal() else f"{told} If a function is meant, check where it gets its value."
     if len(names) == 1 and names[0].count(".") == 1 and found[1] in PLAIN:  # a field, or an attribute of the node
         if given := of_an_argument(names[0], kind, source):
             return given
         return f"`{names[0]}` is {kind} here, not a function: leave out the brackets after it."
     if len(names) == 1:
         return f"`{names[0]}` is {kind} here, not a function: check where it gets its value."
-    return f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
+    told = f"Something that is called in this line is {kind}, not a function: check where each name gets its value."
+    return f"{told} A product is written with `*`." if products else told
+
+
+def _products(code: str) -> list[str]:
+    """Return the products for which the calls of a line may be meant; those of Python's own functions are left out."""
+    made = [node for node in walk(line_tree(code)) if isinstance(node, ast.Call)]
+    return [*filter(None, (product(each) for each in made if not hasattr(builtins, ast.unparse(each.func))))]
 
 
 def _value_for_callback(found: re.Match[str], source: str, code: str) -> str:

@@ -1,12 +1,18 @@
-"""Hints on values that do not fit where they are used: a message for its field, a time for a number of seconds."""
+"""Hints on values that do not fit where they are used: a message for its field, a number in the place of a function."""
 
+import ast
+import builtins
 import re
 import sys
+from collections.abc import Iterator
 
 import std_msgs.msg
 
+from course.foundation.syntax import walk
+
 FIT = re.compile(r"operand type|between instances of|argument must be|must be (?:a )?real number")
 NUMBERS = {"int", "float"}
+GIVE_NUMBERS = ("abs", "float", "int", "len", "max", "min", "pow", "round", "sum")  # of Python's own functions
 
 
 def unfit(found: re.Match[str], source: str) -> str:
@@ -33,6 +39,32 @@ OF_A_STAMP = (
     "One of these is the message of a time, as `header.stamp` is. Make it a time of rclpy first: "
     "`Time.from_msg(msg.header.stamp)` (from rclpy.time)."
 )
+
+
+def product(call: ast.Call) -> str:
+    """Return the product for which a call may be meant, as `kp * error` for `kp(error)`; '' if none is possible."""
+    if len(call.args) != 1 or call.keywords or not _may_be_a_number(call.args[0]):
+        return ""
+    sides = (call.func, call.args[0])
+    return " * ".join(f"({ast.unparse(each)})" if isinstance(each, ast.BinOp) else ast.unparse(each) for each in sides)
+
+
+def _may_be_a_number(value: ast.expr) -> bool:
+    if isinstance(value, ast.Constant):
+        return type(value.value) in (int, float)
+    if isinstance(value, ast.UnaryOp):
+        return isinstance(value.op, ast.USub) and _may_be_a_number(value.operand)
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and hasattr(builtins, value.func.id):
+        return value.func.id in GIVE_NUMBERS
+    return isinstance(value, (ast.Attribute, ast.BinOp, ast.Call, ast.Name, ast.Subscript))
+
+
+def called_numbers(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield the numbers that a text calls as a function, and a sentence: `1.5(0.6 - right)`."""
+    for call in (node for node in walk(tree) if isinstance(node, ast.Call)):
+        number = call.func.value if isinstance(call.func, ast.Constant) else None
+        if isinstance(number, (int, float)) and not isinstance(number, bool) and (how := product(call)):
+            yield call.lineno, f"the number {number} is not a function. To multiply, write `{how}`."
 
 
 def time_without(found: re.Match[str], source: str) -> str:

@@ -25,9 +25,16 @@ def else_if(line: str) -> str:
     return "In Python, `else if` is one word: `elif`." if " " in found[1] else f"In Python, `{found[1]}` is `elif`."
 
 
+WITH_A_COMMA = (  # in a dict, in a condition, and as an argument with a name
+    re.compile(r":\s*(-?\d+),(\d+)\s*[,}]"),
+    re.compile(r"(?:[<>]=?|[=!]=)\s*(-?\d+),(\d+)\s*(?::|and\b|or\b)"),
+    re.compile(r"[(,]\s*[A-Za-z_]\w*\s*=\s*(-?\d+),(\d+)\s*[,)]"),
+)
+
+
 def decimal_comma(line: str) -> str:
     """Return the hint on a number with a comma in a line that Python refuses: `'angular': 0,5}`; '' for another one."""
-    found = re.search(r":\s*(-?\d+),(\d+)\s*[,}]", line)
+    found = next(filter(None, (pattern.search(line) for pattern in WITH_A_COMMA)), None)
     return f"A number has a decimal point: `{found[1]}.{found[2]}`." if found else ""
 
 

@@ -8,11 +8,13 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 
 from course.explaining.conditions import always, asked_by
+from course.explaining.decimal_commas import decimal_commas
 from course.explaining.doubled import doubled
 from course.explaining.exchanged_limits import exchanged_limits
 from course.explaining.lost_values import lost_values
 from course.explaining.misspelt_texts import misspelt_texts
 from course.explaining.never_equal import never_equal
+from course.explaining.operands import called_numbers
 from course.explaining.source import (
     CALLBACKS,
     argument,
@@ -64,7 +66,8 @@ def slips(cell: str) -> list[str]:
     found |= {*_unawaited(tree), *thrown_away(tree), *whole_values(tree)}
     found |= {*_parts_of_a_word(tree), *lost_values(tree, skipped), *_names_in_a_list(tree)}
     found |= {*exchanged_limits(tree), *doubled(tree, skipped), *never_equal(tree), *hides_a_property(tree)}
-    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree)}
+    found |= {*_not_formatted(tree), *_after_the_end(tree, skipped), *unmeant(tree), *called_numbers(tree)}
+    found |= {*decimal_commas(tree, cell)}
     found |= {*_set_in_vain(tree, skipped), *_looked_up(tree), *always(tree), *unread(tree, whole=skipped > 0)}
     found |= {*unused(tree, whole=skipped > 0), *_signs(tree, cell), *_set_again(tree, skipped), *_stored_already(tree)}
     if skipped:  # a file has only what it imports and makes itself

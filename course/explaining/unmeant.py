@@ -36,6 +36,7 @@ def unmeant(tree: ast.Module) -> Iterator[tuple[int, str]]:
     yield from _tuples_of_one(tree)
     yield from _computed_once(tree)
     yield from _fields_of_another_type(tree)
+    yield from _steps_of_the_clock(tree)
 
 
 def _computed_once(tree: ast.Module) -> Iterator[tuple[int, str]]:
@@ -50,6 +51,31 @@ def _computed_once(tree: ast.Module) -> Iterator[tuple[int, str]]:
                         "call: write it in the function."
                     ),
                 )
+
+
+def _steps_of_the_clock(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Yield where `time.time()` gives a step, the time since a kept one, with which a function computes."""
+    for function in functions(tree):
+        nodes = [*inside(function)]
+        made = [pair for node in nodes if isinstance(node, ast.Assign) for pair in _pairs(node)]
+        clocks = {ast.unparse(target): value for target, value in made if _is_clock(value)}
+        steps = {id(node): clocks.get(ast.unparse(node.left), node.left) for node in nodes
+                 if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
+                 and isinstance(node.right, ast.Attribute)
+                 and (_is_clock(node.left) or ast.unparse(node.left) in clocks)}  # fmt: skip
+        kept = {ast.unparse(target): steps[id(node)] for target, value in made for node in walk(value)
+                if id(node) in steps}  # fmt: skip
+        for node in nodes:
+            if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div)):
+                for side in (node.left, node.right):
+                    clock = steps.get(id(side)) or kept.get(ast.unparse(side))
+                    if clock:
+                        text = f"`{ast.unparse(clock)}` jumps when the clock of the computer is set."
+                        yield clock.lineno, f"{text} To measure a step, use `time.monotonic()`, which does not."
+
+
+def _is_clock(value: ast.expr) -> bool:
+    return isinstance(value, ast.Call) and ast.unparse(value) in ("time()", "time.time()")
 
 
 def _tuples_of_one(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -86,9 +86,9 @@ def _without_self(cls: ast.ClassDef, told: Collection[ast.Assign]) -> Iterator[t
 
 
 def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
-    """Yield variables of a method that hide an attribute: one that is read, and that only `__init__` sets, to a bool.
+    """Yield variables of a method that hide an attribute: one that is read, and that only `__init__` sets.
 
-    The variable is set to what the method is given: `stopped = request.data`.
+    It is set to None; or to a bool, and the variable to what the method is given: `stopped = request.data`.
     """
     begins = next((each for each in functions_of(cls) if each.name == "__init__"), None)
     if begins is None or "setattr" in map(name_of, nodes):
@@ -106,9 +106,10 @@ def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, s
                 once = sum(node.attr == name for node in stored) == 1 and name not in map(name_of, own)
                 read = any(isinstance(node, ast.Attribute) and node.attr == name and _is_of_self(node)
                            for node in walk(cls) if node not in stored)  # fmt: skip
-                if isinstance(value, bool) and of_the_call and once and read and _uses(function, name):
+                stays = name in first and (value is None or (isinstance(value, bool) and of_the_call))
+                if stays and once and read and _uses(function, name):
                     text = f"`{name}` is a variable of '{function.name}' alone, and nothing sets `self.{name}`, which"
-                    yield statement.lineno, f"{text} stays {value}. To set that, write `self.{name} = ...`."
+                    yield statement.lineno, f"{text} stays {value!r}. To set that, write `self.{name} = ...`."
 
 
 def _misspelt(cls: ast.ClassDef, read: set[str]) -> Iterator[tuple[int, str]]:

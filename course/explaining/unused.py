@@ -18,6 +18,7 @@ NEED_SPINNING = {
     "ActionClient",
     "ActionServer",
 }
+ANSWERS = {"GoalResponse": "goal_callback", "CancelResponse": "cancel_callback"}
 RESULTS = ("SetParametersResult",)  # what only a `return` hands on
 
 
@@ -41,6 +42,7 @@ def unused(tree: ast.Module, *, whole: bool) -> Iterator[tuple[int, str]]:
         yield from _unregistered(idle, whole=whole)
         if whole and next(calls(cls, "ActionServer"), None):
             yield from _never_accepted(idle)
+            yield from _never_asked(idle)
         if whole:
             yield from _of_another(cls, {each.name for each in idle}, {each.name for each in plain})
     if whole:
@@ -127,6 +129,16 @@ def _never_accepted(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
         if any(name_of(node.value) in given for node in begins):
             what = f"'{method.name}' begins an accepted goal, and nothing calls or registers it: write "
             yield method.lineno, f"{what}`handle_accepted_callback=self.{method.name}` where the ActionServer is made."
+
+
+def _never_asked(methods: Collection[Function]) -> Iterator[tuple[int, str]]:
+    """Yield those of these methods that answer a goal, or its cancel: they return a response of rclpy."""
+    for method in methods:
+        returned = [node.value for node in inside(method) if isinstance(node, ast.Return)]
+        kinds = {name_of(each.value) for each in returned if isinstance(each, ast.Attribute)} & {*ANSWERS}
+        for kind in kinds if len(method.args.args) == 2 else ():
+            what = f"'{method.name}' returns a {kind}, and nothing calls or registers it: write "
+            yield method.lineno, f"{what}`{ANSWERS[kind]}=self.{method.name}` where the ActionServer is made."
 
 
 def _reads_parameters(method: Function, given: str) -> bool:

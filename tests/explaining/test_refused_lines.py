@@ -112,11 +112,18 @@ def test_a_text_that_another_one_ends_is_named(first, second, told):
     [
         ("return {'linear': 0.0, 'angular': 0,5}", "A number has a decimal point: `0.5`."),
         ("return {'linear': 1,5, 'angular': 0.5}", "A number has a decimal point: `1.5`."),
+        ("if front < 0,5:", "A number has a decimal point: `0.5`."),
+        ("elif right >= 1,2 and front > 2:", "A number has a decimal point: `1.2`."),
+        ("client.wait_for_server(timeout_sec=5,0)", "A number has a decimal point: `5.0`."),
+        ("low = FloatingPointRange(from_value=-1,5, to_value=2)", "A number has a decimal point: `-1.5`."),
+        ("if front < 5, 0:", ""),
+        ("x = 1,2", ""),
+        ("ask(a=1, 2)", ""),
         ("return {1: 2,3: 4", ""),
         ("beam(1,2", ""),
     ],
 )
-def test_a_decimal_comma_in_a_dict_is_told(line, says):
+def test_a_decimal_comma_is_told(line, says):
     assert decimal_comma(line) == says
 
 

@@ -523,6 +523,147 @@ def test_a_condition_on_a_parameter_that_never_changes_is_told(test, says):
     assert says in told and bool(says) == bool(told), told
 
 
+@pytest.mark.parametrize(
+    ("line", "product"),
+    [
+        ("return max(-0.5, min(0.5, 1.5(0.6 - right)))", "1.5 * (0.6 - right)"),
+        ("return 2(right)", "2 * right"),
+        ("return 1.5 * (0.6 - right)", ""),
+        ("return gain(0.6 - right)", ""),
+        ("return 1.5()", ""),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*object is not callable:SyntaxWarning")
+def test_a_number_that_is_called_is_told(line, product):
+    number = product.partition(" ")[0]
+    told = f"note: line 2: the number {number} is not a function. To multiply, write `{product}`."
+    assert slips(f"def decide(right):\n    {line}\n") == ([told] if product else [])
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("self.create_timer(0,1, self.look)", ["0,1"]),
+        ("self.create_timer(0,10, callback=self.look)", ["0,10"]),
+        ("self.declare_parameter('output_min', -10,0)", ["-10,0"]),
+        ("self.declare_parameter(name, 1,0, described)", ["1,0"]),
+        ("return max(-0,5, min(0,5, self.turn(right)))", ["-0,5", "0,5"]),
+        ("return min(0.5, 1,5 * (0.6 - right))", ["1,5"]),
+        ("return np.clip(turn, -0,5, 0,5)", ["-0,5", "0,5"]),
+        ("self.create_timer(0.1, self.look)", []),
+        ("self.declare_parameter('kp', 1)", []),
+        ("return max(0,5,right)", []),
+        ("return max(0, 5, right)", []),
+        ("return np.clip(turn, 0,5)", []),
+        ("return self.turn(0,5, right)", []),
+        ("return max(right, 0,\n                   5)", []),
+    ],
+)
+def test_a_decimal_comma_between_two_arguments_is_told(line, told):
+    says = "note: line 3: Python takes `{}` for two arguments: a number has a decimal point, `{}`."
+    text = f"class Follower(Node):\n    def turns(self, right, turn, name, described):\n        {line}\n"
+    assert slips(text) == [says.format(each, each.replace(",", ".")) for each in sorted(told)]
+    assert slips(f"x = 1\x0c\n{text}") == [each.replace("line 3", "line 5") for each in slips(text)]
+
+
+@pytest.mark.parametrize(
+    ("given", "returned", "told"),
+    [
+        ("", "GoalResponse.ACCEPT", "goal_callback"),
+        ("", "CancelResponse.REJECT", "cancel_callback"),
+        (", goal_callback=self.look", "GoalResponse.ACCEPT", ""),
+        (", goal_callback=lambda goal: self.look(goal)", "GoalResponse.ACCEPT", ""),
+        ("", "goal.floors", ""),
+    ],
+)  # fmt: skip
+def test_a_callback_that_an_action_server_is_not_given_is_told(given, returned, told):
+    text = "class Cabin(Node):\n    def __init__(self):\n        super().__init__('cabin')\n"
+    text += f"        self.server = ActionServer(self, Lift, 'lift', self.execute{given})\n"
+    text += "    def execute(self, goal_handle):\n        return Lift.Result()\n"
+    text += f"    def look(self, goal):\n        return {returned}\n"
+    says = f"note: line 7: 'look' returns a {returned.partition('.')[0]}, and nothing calls or registers it: write "
+    says += f"`{told}=self.look` where the ActionServer is made."
+    assert slips(f"%%exercise cabin.py\n{text}") == ([says] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("sets", "told"),
+    [
+        ("goal = future.result()", True),
+        ("self.goal = goal = future.result()", False),
+        ("self.goal = future.result()", False),
+        ("done = future.result()", False),
+    ],
+)
+def test_a_variable_beside_an_attribute_that_stays_none_is_told(sets, told):
+    text = "class Client(Node):\n    def __init__(self):\n        self.goal = None\n"
+    text += f"    def accepted(self, future):\n        {sets}\n        print({sets.split()[0]})\n"
+    text += "    def cancel(self):\n        return self.goal.cancel_goal_async()\n"
+    says = "note: line 5: `goal` is a variable of 'accepted' alone, and nothing sets `self.goal`, which stays None. To "
+    assert slips(f"%%exercise client.py\n{text}") == ([f"{says}set that, write `self.goal = ...`."] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("value", "asked", "told"),
+    [
+        ("'False'", "if self.stopped:", "False"),
+        ("'True'", "while not self.stopped:", "True"),
+        ("False", "if self.stopped:", ""),
+        ("'False'", "if self.stopped == 'False':", ""),
+        ("'no'", "if self.stopped:", ""),
+    ],
+)
+def test_a_text_for_a_bool_is_told(value, asked, told):
+    text = f"class Motors:\n    def __init__(self):\n        self.stopped = {value}\n"
+    text += f"    def look(self):\n        {asked}\n            return 1\n"
+    says = f"note: line 3: `{value}` is a text, and each text but the empty one is true: write `{told}`."
+    assert slips(text) == ([says] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("returned", "asked", "told"),
+    [
+        ("self.came is not None and self.get_clock().now() - self.came", "if self.is_fresh():", True),
+        ("self.get_clock().now() - self.came", "if not self.is_fresh():", True),
+        ("self.get_clock().now() - self.came < FRESH", "if self.is_fresh():", False),
+        ("self.get_clock().now() - self.came", "if self.is_fresh() < FRESH:", False),
+    ],
+)
+def test_a_duration_as_a_condition_is_told(returned, asked, told):
+    text = f"class Follower(Node):\n    def is_fresh(self):\n        return {returned}\n"
+    text += f"    def look(self):\n        {asked}\n            return 1\n"
+    says = "note: line 3: `self.get_clock().now() - self.came` is a Duration, which is always true: compare it with "
+    assert slips(text) == ([f"{says}another one, such as `Duration(seconds=0.5)`."] if told else [])
+
+
+STEPS = """import time
+class PidNode(Node):
+    def hear(self, msg):
+        now = {clock}
+        step = {step}
+        self.total += msg.data * {used}
+        self.last = now
+"""
+
+
+@pytest.mark.parametrize(
+    ("clock", "step", "used", "told"),
+    [
+        ("time.time()", "now - self.last", "step", True),
+        ("time.time()", "now - self.last if self.last else 0.0", "step", True),
+        ("time.time()", "0.0", "(now - self.last)", True),
+        ("time.monotonic()", "now - self.last", "step", False),
+        ("time.time()", "now - self.last", "2.0", False),
+        ("msg.time()", "now - self.last", "step", False),
+        ("time.time()", "now - begin", "step", False),
+    ],
+)
+def test_a_step_by_a_clock_that_may_be_set_is_told(clock, step, used, told):
+    says = "note: line 4: `time.time()` jumps when the clock of the computer is set. To measure a step, use "
+    says += "`time.monotonic()`, which does not."
+    assert slips(STEPS.format(clock=clock, step=step, used=used)) == ([says] if told else [])
+
+
 @pytest.mark.parametrize("exercise", answers.names())
 def test_no_page_and_no_right_answer_has_one(exercise):
     for cell in cells.read(NOTEBOOKS / exercise / f"{exercise}.ipynb"):
@@ -949,6 +1090,35 @@ SETTER = (
 def test_what_a_text_makes_twice_is_told_with_both_lines(again, more, says):
     told = [line for line in slips(DOUBLED.format(again=again, more=more)) if "twice" in line or "two" in line]
     assert [says in line for line in told] == [True] * bool(says), told
+
+
+A_NODE = """class Motors(Node):
+    {line}
+
+
+def main(args=None):
+    rclpy.spin(Motors())
+
+
+if __name__ == '__main__':
+    main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "more", "told"),
+    [
+        ("%%exercise motors.py\n", A_NODE.format(line="value = 2"),
+         "note: line 11: the class 'Motors' is defined in line 1, too. Keep one of the two, and one `main()`."),
+        ("%%exercise motors.py\n", "class Motors(Node):\n    value = 2\n",
+         "note: line 11: the class 'Motors' is defined in line 1, too. Keep one of the two."),
+        ("%%exercise motors.py\n", "class Motors(Motors):\n    value = 2\n", ""),
+        ("%%exercise motors.py\n", "class Motor(Node):\n    value = 2\n", ""),
+        ("", A_NODE.format(line="value = 2"), ""),
+    ],
+)  # fmt: skip
+def test_a_class_that_a_file_has_twice_is_told_with_both_lines(first, more, told):
+    assert slips(f"{first}{A_NODE.format(line='value = 1')}{more}") == ([told] if told else [])
 
 
 ACCEPTS = """%%exercise lift_server.py

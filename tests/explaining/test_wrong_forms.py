@@ -270,3 +270,41 @@ def test_a_part_of_an_action_for_its_type_is_told_when_the_program_has_crashed(t
     crash = f'Fatal Python error: Segmentation fault\n\nFile "{path}", line 4 in __init__\n'
     told = str(of_program(path, crash, -11))
     assert "`Lift.Goal` is only the class of a goal. This takes the type of the action: `Lift`." in told
+
+
+OF_A_FLOAT = "TypeError: 'float' object is not callable"
+WHERE = "check where each name gets its value."
+MEANT = "If a function is meant, check where it gets its value."
+
+
+@pytest.mark.parametrize(
+    ("code", "told"),
+    [
+        (
+            "return {'linear': 0.3, 'angular': max(-0.5, min(0.5, 1.5(0.6 - right)))}",
+            "`1.5` is a float here, not a function. To multiply, write `1.5 * (0.6 - right)`.",
+        ),
+        (
+            "self.integral += (msg.data)(step)",
+            f"`msg.data` is a float here, not a function. To multiply, write `msg.data * step`. {MEANT}",
+        ),
+        (
+            "effort = kp(error) + ki * self.integral",
+            f"`kp` is a float here, not a function. To multiply, write `kp * error`. {MEANT}",
+        ),
+        (
+            "area = (a + b)(abs(c))",
+            f"`a + b` is a float here, not a function. To multiply, write `(a + b) * abs(c)`. {MEANT}",
+        ),
+        (
+            "effort = kp(error) + kd(slope)",
+            f"Something that is called in this line is a float, not a function: {WHERE} A product is written with `*`.",
+        ),
+        ("far = msg.data()", "`msg.data` is a float here, not a function: leave out the brackets after it."),
+        ("far = msg.data('m')", "`msg.data` is a float here, not a function: leave out the brackets after it."),
+        ("far = nearest(sorted(b))", "`nearest` is a float here, not a function: check where it gets its value."),
+        ("far = nearest(a, b)", "`nearest` is a float here, not a function: check where it gets its value."),
+    ],
+)
+def test_a_number_with_a_number_in_brackets_may_be_a_product(code, told):
+    assert hint(OF_A_FLOAT, f"def decide(a, b):\n    {code}\n", code) == told
