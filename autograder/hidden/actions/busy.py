@@ -36,7 +36,6 @@ class Blocking:
     stuck: Ride  # asked for this floor and another one, while the shaft was blocked
     away: Ride  # asked for another one alone, while the shaft was blocked
     there: list[Ride]  # asked for this floor alone, while the shaft was blocked; and where the result says that it is
-    again: Ride | None  # as `away`, after a goal that was rejected
     freed: Ride  # asked for another floor, when the shaft was free again
 
 
@@ -337,28 +336,13 @@ class Busy(Server):
             rides.append(Ride(floors, goal))
             if goal.accepted:
                 self.soon_over(rides[-1], limit)
-        again = self._after_rejected([floor], limit, alive)
         floors = [self.away()]
         goal = self.give(floors, alive, limit) if self.set(False, limit, alive) is not None else None
         if goal is None:
             return None
         if goal.accepted and not self.over(goal, floors, limit):
             return self.unfinished(goal) if alive() else None
-        return Blocking(ride, running, sent, answered, here, rides[0], rides[1], rides[2:], again, Ride(floors, goal))
-
-    def _after_rejected(self, floors: list[int], limit: float, alive: Alive) -> Ride | None:
-        """Return a goal sent behind one that was rejected, and what became of it; None if none was rejected."""
-        impossible = self.give([-1], alive, limit)
-        if impossible is None or impossible.accepted:
-            if impossible is not None:
-                self.soon_over(Ride([-1], impossible), limit)
-            return None
-        goal = self.give(floors, alive, limit)
-        if goal is None or not goal.accepted:
-            return None
-        ride = Ride(floors, goal)
-        self.soon_over(ride, limit)
-        return ride
+        return Blocking(ride, running, sent, answered, here, rides[0], rides[1], rides[2:], Ride(floors, goal))
 
     def _ask(self, limit: float, alive: Alive) -> Asked | None:
         ride = self.begin_long(alive, limit)

@@ -273,28 +273,17 @@ def expect_each_direction(told: Sequence[Heard], period: float, rule: str) -> No
             raise Wrong(f"{rule} Most steps {name} took {median(took):.3f} s or less, where that is {period:g} s.")
 
 
-def freed_by_rejected(seen: Blocking) -> bool:
-    """Return True if a goal moved the cabin in a blocked shaft, which it did not before another one was rejected."""
-    return seen.away.end == "ABORTED" and seen.again is not None and seen.again.end == "SUCCEEDED"
-
-
 def left_elsewhere(seen: Blocking) -> bool:
     """Return True if the next step shows that the cabin was not where the aborted goal left it."""
-    if freed_by_rejected(seen):
-        return False  # another goal has moved it
     heard = way(seen.ride.goal)
     first = floors_heard(seen.freed.goal)[:1]
     return bool(heard and first) and seen.ride.goal.result.floor == heard[-1] and abs(first[0] - heard[-1]) > 1
 
 
 def says_elsewhere(seen: Blocking) -> bool:
-    """Return True if the result of a goal aborted before its first step names a floor that no step led to.
-
-    A result that was never filled names none.
-    """
-    result, there = seen.away.goal.result, {floor for ride in seen.there for floor in ride.floors}
-    is_filled = seen.away.end == "ABORTED" and (result.stops or result.floor)
-    return bool(is_filled) and result.floor not in {seen.here, *there}
+    """Return True if the result of a goal aborted before its first step names a floor that no step led to."""
+    there = {floor for ride in seen.there for floor in ride.floors}
+    return seen.away.end == "ABORTED" and seen.away.goal.result.floor not in {seen.here, *there}
 
 
 def expect_kept_place(seen: Blocking) -> None:

@@ -65,7 +65,6 @@ from autograder.hidden.actions.judging import (
     expect_waiting_result,
     expect_whole_or_no_step,
     expect_word,
-    freed_by_rejected,
     last_outcome,
     left_elsewhere,
     makes_more_steps,
@@ -409,21 +408,6 @@ def test_rejected_goal_changes_nothing(busy: Busy, quick: Quick, rng: random.Ran
             f"{here}, and after goals that were rejected the first message of a goal for floor {here + 2} told floor "
             f"{told}."
         )
-    if not blocks(busy):
-        return
-    with busy.blocking() as seen:
-        if freed_by_rejected(seen):
-            raise Wrong(
-                "A goal that is rejected changes nothing: a blocked shaft stays blocked. A goal that needs a step "
-                "ended as ABORTED, and the same one as SUCCEEDED when another had been rejected in between."
-            )
-
-
-def blocks(busy: Busy) -> bool:
-    """Return True if the scene of a blocked shaft can be judged: its faults are held against the lift elsewhere."""
-    with suppress(Fault), busy.blocking():
-        return True
-    return False
 
 
 def begun_after(quick: Quick, here: int, impossible: list[list[int]]) -> int | None:

@@ -252,14 +252,12 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
         must = "Before the first scan, a zero Twist must be published ten times a second"
         if len(commands) < FIRST_COMMANDS:
             raise Wrong(f"{must}: in {FIRST_TICKS * PERIOD:g} s, {len(commands) or 'nothing'} came.", commands)
-        later = follower.simulate(MORE_TICKS * PERIOD, PERIOD, lambda tick: None)
-        moving = [command for command in commands + later if command != STOP]
+        commands += follower.simulate(MORE_TICKS * PERIOD, PERIOD, lambda tick: None)
+        moving = [command for command in commands if command != STOP]
         if any(is_of_the_agent(command) and command != LOOKS for command in moving):
-            raise Wrong(f"{must}: the node asked the agent, and published what that decided.", moving)
+            raise Wrong(f"{must}: the node asked the agent, and published what that decided.", commands)
         if moving:
-            raise Wrong(f"{must}: the robot was told to move, without a scan.", moving)
-        if len(later) < MORE_TICKS / 4:  # how many each second, another test judges
-            raise Wrong(f"{must}: in the next {MORE_TICKS * PERIOD:g} s, {len(later) or 'nothing'} came.", later)
+            raise Wrong(f"{must}: the robot was told to move, without a scan.", commands)
     follower.expect_driving(seen(rng), "After the first scan")
 
 
