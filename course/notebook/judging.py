@@ -77,6 +77,7 @@ ASK = signal.SIGPROF
 WATCHED = (
     "import faulthandler, signal; faulthandler.register(signal.SIGPROF, chain=True); "
     "signal.setitimer(signal.ITIMER_PROF, {limit}); stacks = open({stacks!r}, 'w'); "
+    "signal.signal(signal.SIGUSR2, signal.SIG_IGN); "  # what Python restores when it ends, just as it is asked
     "faulthandler.register(signal.SIGUSR2, stacks); stacks.write('\\n'); stacks.flush()"
 )
 RHYTHM = re.compile(r"\b(?:while|Thread|Timer|Rate|create_rate|spin_once|create_timer)\b")  # may do without a timer

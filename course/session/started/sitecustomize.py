@@ -193,6 +193,7 @@ def begin() -> None:
     with contextlib.suppress(OSError, ValueError):  # the program runs without stacks
         stacks = int(os.environ.pop(STACKS, ""))
         os.set_inheritable(stacks, False)
+        signal.signal(ASK, signal.SIG_IGN)  # what Python restores when it ends, just as it is asked
         faulthandler.register(ASK, file=stacks, all_threads=True)
         signal.signal(LEAVE, leave)
         for owner, name in ((builtins, "exit"), (builtins, "quit"), (sys, "exit"), (os, "_exit")):
