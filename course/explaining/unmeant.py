@@ -59,17 +59,16 @@ def _steps_of_the_clock(tree: ast.Module) -> Iterator[tuple[int, str]]:
         nodes = [*inside(function)]
         made = [pair for node in nodes if isinstance(node, ast.Assign) for pair in _pairs(node)]
         clocks = {ast.unparse(target): value for target, value in made if _is_clock(value)}
-        steps = {id(node): clocks.get(ast.unparse(node.left), node.left) for node in nodes
-                 if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Sub)
-                 and isinstance(node.right, ast.Attribute)
-                 and (_is_clock(node.left) or ast.unparse(node.left) in clocks)}  # fmt: skip
-        kept = {ast.unparse(target): steps[id(node)] for target, value in made for node in walk(value)
-                if id(node) in steps}  # fmt: skip
+        steps: dict[ast.AST, ast.expr] = {}  # with what asks the clock
+        for step in (each for each in nodes if isinstance(each, ast.BinOp) and isinstance(each.op, ast.Sub)):
+            clock = step.left if _is_clock(step.left) else clocks.get(ast.unparse(step.left))
+            if clock and isinstance(step.right, ast.Attribute):
+                steps[step] = clock
+        kept = {ast.unparse(target): steps[node] for target, value in made for node in walk(value) if node in steps}
         for node in nodes:
             if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div)):
                 for side in (node.left, node.right):
-                    clock = steps.get(id(side)) or kept.get(ast.unparse(side))
-                    if clock:
+                    if clock := steps.get(side) or kept.get(ast.unparse(side)):
                         text = f"`{ast.unparse(clock)}` jumps when the clock of the computer is set."
                         yield clock.lineno, f"{text} To measure a step, use `time.monotonic()`, which does not."
 

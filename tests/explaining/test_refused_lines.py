@@ -16,6 +16,13 @@ MOTORS = """class Motors(Node):
 """
 
 
+def said_of(text):
+    """The hint on a text that Python refuses."""
+    with pytest.raises(SyntaxError) as raised:
+        compile(text, "a.py", "exec")
+    return refused(text, raised.value)
+
+
 @pytest.mark.parametrize(
     ("enable", "body", "told"),
     [
@@ -46,9 +53,7 @@ def test_a_def_that_has_ended_the_class_is_named(enable, body, told):
     ],
 )
 def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
-    with pytest.raises(SyntaxError) as raised:
-        compile(text, "a.py", "exec")
-    said = refused(text, raised.value)
+    said = said_of(text)
     assert told in said and bool(said) == bool(told)
 
 
@@ -74,9 +79,7 @@ def test_only_what_is_certain_is_told_of_a_line_that_python_refuses(text, told):
     ],
 )
 def test_what_other_languages_write_is_told_in_the_words_of_python(line, says):
-    with pytest.raises(SyntaxError) as raised:
-        compile(line, "a.py", "exec")
-    assert refused(line, raised.value) == says
+    assert said_of(line) == says
 
 
 TEXTS = """class Motors(Node):
@@ -100,10 +103,7 @@ TEXTS = """class Motors(Node):
     ],
 )
 def test_a_text_that_another_one_ends_is_named(first, second, told):
-    text = TEXTS.format(first=first, second=second)
-    with pytest.raises(SyntaxError) as raised:
-        compile(text, "motors.py", "exec")
-    said = refused(text, raised.value)
+    said = said_of(TEXTS.format(first=first, second=second))
     assert told in said and bool(said) == bool(told)
 
 
