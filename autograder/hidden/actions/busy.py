@@ -59,6 +59,7 @@ class Asked:
     twice: Ride | None = None  # sent when the shaft had been blocked twice
     after: Ride | None = None  # sent when the shaft had been blocked twice, and freed once
     unblocked: Ride | None = None  # sent when the shaft had been blocked and freed, with no goal in between
+    freed_by_rejected: bool = False  # a rejected goal has freed the blocked shaft
     success: list[bool] = field(default_factory=list)  # for `false`, and at last for `true`
     took: list[float] = field(default_factory=list)  # s until an answer came while the goal ran
 
@@ -380,7 +381,29 @@ class Busy(Server):
         seen.after = self._one_step(limit, alive)
         if all(self.set(blocked, limit, alive) is not None for blocked in (True, False)):
             seen.unblocked = self._one_step(limit, alive)
+        seen.freed_by_rejected = alive() and self._freed_by_rejected(limit, alive)
         return seen
+
+    def _freed_by_rejected(self, limit: float, alive: Alive) -> bool:
+        """Return True if a goal that a blocked shaft aborts succeeds when another one has been rejected in between."""
+        here = min(HIGH, self.place)
+        floors = [here + 1 if here < HIGH else here - 1]
+        if self.set(True, limit, alive) is None:
+            return False
+        freeing = ((floors, "ABORTED"), ([-1], "REJECTED"), (floors, "SUCCEEDED"))
+        freed = all(self._end(asked, limit, alive) == end for asked, end in freeing)
+        if alive():
+            self.set(False, limit, alive)
+        return freed
+
+    def _end(self, floors: list[int], limit: float, alive: Alive) -> str:
+        """Return how a goal ends that must end within a step, or REJECTED; empty when it is not answered."""
+        goal = self.give(floors, alive, limit)
+        if goal is None or not goal.accepted:
+            return "" if goal is None else "REJECTED"
+        ride = Ride(floors, goal)
+        self.soon_over(ride, limit)
+        return ride.end
 
     def _one_step(self, limit: float, alive: Alive) -> Ride | None:
         """A goal of one step, once it is over; None when it is not."""

@@ -281,9 +281,13 @@ def left_elsewhere(seen: Blocking) -> bool:
 
 
 def says_elsewhere(seen: Blocking) -> bool:
-    """Return True if the result of a goal aborted before its first step names a floor that no step led to."""
+    """Return True if the result of a goal aborted before its first step names a floor that no step led to.
+
+    Results that are empty, also where the goal had a stop without a step to make, name none.
+    """
     there = {floor for ride in seen.there for floor in ride.floors}
-    return seen.away.end == "ABORTED" and seen.away.goal.result.floor not in {seen.here, *there}
+    filled = any(ride.goal.result.stops or ride.goal.result.floor for ride in (seen.stuck, seen.away))
+    return seen.away.end == "ABORTED" and filled and seen.away.goal.result.floor not in {seen.here, *there}
 
 
 def expect_kept_place(seen: Blocking) -> None:

@@ -575,6 +575,11 @@ def test_blocked_before(busy: Busy, quick: Quick, idle: Idle) -> None:
                 f"`data: false` must free the shaft. After {BLOCK} got `data: true` and then `data: false`, with no "
                 f"goal in between, a goal {busy.how(asked.unblocked.end)}."
             )
+        if asked.freed_by_rejected:
+            raise Wrong(
+                "A goal that is rejected changes nothing: a blocked shaft stays blocked. A goal that needs a step "
+                "ended as ABORTED, and the same one as SUCCEEDED when another had been rejected in between."
+            )
     idle.expect(SHAFT)
 
 

@@ -10,6 +10,7 @@ real time instead; and in real time as well a node for which simulated time must
 import contextlib
 import math
 import random
+import time
 from collections.abc import Callable, Mapping, Sequence
 
 import pytest
@@ -55,6 +56,7 @@ A_WHILE = 0.35  # s, in which a robot makes three decisions or four
 FIRST_TICKS = 6  # before the first scan
 MORE_TICKS = 76  # before the first scan: with the FIRST_TICKS, more than 8 s of simulated time
 LOOKS = Command(0.2, 0.4)  # the speeds of the curve by which a robot looks for a wall, but for their signs
+GOES_ON = 3.0  # s in which as many commands come after these, too: usually the next ticks bring them
 FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin with any of the ticks
 
 RATE = (9.0, 11.0)  # Hz that pass as 10 Hz
@@ -247,17 +249,32 @@ def test_stands_before_the_first_scan(follower: Follower, rng: random.Random) ->
         commands = [command for _ in range(FIRST_TICKS) for command in follower.tick()]
         return commands if alive() else None
 
+    def go_on(limit: float, alive: Alive) -> list[Command] | None:
+        commands: list[Command] = []
+        end = time.monotonic() + follower.allow(GOES_ON)  # a node that keeps its own time may need some of it
+        while alive() and len(commands) < FIRST_COMMANDS and time.monotonic() < end:
+            commands += follower.tick()
+        return commands if alive() else None
+
     with on_wrong(follower.renew):  # once more, from a start of its own: the time before the first scan is over
         commands = follower.ask(wait, "what came before the first scan")
         must = "Before the first scan, a zero Twist must be published ten times a second"
         if len(commands) < FIRST_COMMANDS:
             raise Wrong(f"{must}: in {FIRST_TICKS * PERIOD:g} s, {len(commands) or 'nothing'} came.", commands)
         commands += follower.simulate(MORE_TICKS * PERIOD, PERIOD, lambda tick: None)
+        later = follower.ask(go_on, "what came later, before the first scan")
+        commands += later
         moving = [command for command in commands if command != STOP]
         if any(is_of_the_agent(command) and command != LOOKS for command in moving):
             raise Wrong(f"{must}: the node asked the agent, and published what that decided.", commands)
         if moving:
             raise Wrong(f"{must}: the robot was told to move, without a scan.", commands)
+        if len(later) < FIRST_COMMANDS:  # how many there are each second, another test judges
+            raise Wrong(
+                f"{must}, until a scan comes: more than {MORE_TICKS * PERIOD:.0f} s after the start, "
+                f"{len(later) or 'nothing'} came.",
+                commands,
+            )
     follower.expect_driving(seen(rng), "After the first scan")
 
 

@@ -47,7 +47,6 @@ PROMPT = 5.0  # s in which the relay must answer when /add_two_ints is not avail
 BEFORE = 1.0  # s for a call without /add_two_ints to a relay that is known to give no answer then
 SLACK = 1.5  # s more on a busy machine
 STARTED = PROMPT + 2 * SLACK  # s, the same for a program that has only just started
-LATER = 0.8  # s after a failed call for which the relay is seen to go on
 UNASKED = 0.2  # s in which an answer comes that nobody has given yet
 QUIET = 0.3  # s in which nobody calls the relay
 WATCHED = 2.0  # s after the relay's start until its requests are counted
@@ -59,7 +58,8 @@ KEPT = 6.5  # s for which the motors keep their state when nobody asks for anyth
 WAITS = 6.0  # s that the relay must wait for an answer at least, by the task
 TAKES = 5.3  # s that /add_two_ints takes
 AT_ONCE = 0.5  # s in which an answer that is there goes to its caller, by the task
-LATER = 1.2  # s until a second caller asks for a slow answer
+LATER = 1.2  # s until a second caller asks for a slow answer, and for which a relay goes on after a failed call
+STAYS = 1.0  # s at least after the end of a long stop, until the motors are looked at once more
 LATE = 0.8  # s that a slow answer may be later than a quick one: it cannot be tried often
 SOON = 1.2  # s until the relay has found a server that is there, at the best of several tries
 IN_TURN = 0.3  # s that a caller waits at least who is made to wait
@@ -713,6 +713,28 @@ def test_last_command_counts(motors: Motors, rng: random.Random) -> None:
             )
 
 
+def expect_long_stop(halted: Motors) -> list[str]:
+    """Motors must stay stopped for some seconds, and be disabled when the stop ends; return what happened to them.
+
+    Nothing when they cannot be stopped, or give no answer, which costs other points.
+    """
+    with on_wrong(halted.leave_as_long):
+        state = halted.after_silence(KEPT, *HOLDS)
+        if state in (ENABLED, DISABLED) and halted.can_stop:
+            raise Wrong(
+                f"An emergency stop was on, and nobody asked for anything for {halted.silence:.0f} s: the motors must "
+                f"stay stopped, but then {halted.witness} says {quoted(halted.said())}."
+            )
+    if state != STOPPED or halted.attempt(STOP, False) is None:
+        return []
+    happened = [
+        f"motors that were {ENABLED} got {STOP} with data True",
+        f"{STOP} with data False {halted.silence:.0f} s later",
+    ]
+    expect_still(halted, happened, "must be disabled when the stop ends, and not start")
+    return happened
+
+
 @points(5, cell="motor-service")
 @twice
 def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
@@ -745,6 +767,7 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
             motors.command(STOP, False)
             happened.append(f"{STOP} with data False")
             expect_still(motors, happened, "must be disabled when the stop ends, and not start")
+    long_stop, ended = expect_long_stop(halted), time.monotonic()
     for _ in motors.overlaps(DISABLED, wish, (STOP, True)):
         happened = [f"disabled motors got {ENABLE} with data True", f"{STOP} with data True before that was answered"]
         expect_still(motors, happened, "must be stopped")
@@ -769,19 +792,6 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
                 f"An emergency stop was ended, and nobody asked for anything for {alone.silence:.0f} s: the motors "
                 f"must stay disabled, but then {alone.witness} says {quoted(alone.said())}."
             )
-    with on_wrong(halted.leave_as_long):
-        state = halted.after_silence(KEPT, *HOLDS)
-        if state in (ENABLED, DISABLED) and halted.can_stop:
-            raise Wrong(
-                f"An emergency stop was on, and nobody asked for anything for {halted.silence:.0f} s: the motors must "
-                f"stay stopped, but then {halted.witness} says {quoted(halted.said())}."
-            )
-    if state == STOPPED and halted.attempt(STOP, False) is not None:
-        happened = [
-            f"motors that were {ENABLED} got {STOP} with data True",
-            f"{STOP} with data False {halted.silence:.0f} s later",
-        ]
-        expect_still(halted, happened, "must be disabled when the stop ends, and not start")
     with on_wrong(alone.forget):
         state, said = alone.enable_at_first()
         if state == ENABLED:
@@ -790,3 +800,7 @@ def test_stays_still(motors: Motors, alone: Motors, halted: Motors) -> None:
                 f"{alone.witness} says {quoted(said)}: the motors must stay stopped, also when nobody has enabled them "
                 "before the stop."
             )
+    if long_stop and not halted.has_ended:
+        wait_until(lambda: halted.has_ended, halted.allow(ended + STAYS - time.monotonic()))
+        long_stop.append(f"no other command for {time.monotonic() - ended:.0f} s")
+        expect_still(halted, long_stop, "must stay disabled until somebody enables them")
