@@ -54,6 +54,7 @@ heard = []
 def send(order):
     return ros.wait(client.send_goal_async(Fibonacci.Goal(order=order), feedback_callback=heard.append))
 """
+REPEATED = "ros2 service call --rate 5 /add_two_ints example_interfaces/srv/AddTwoInts '{a: 20, b: 22}'"
 COMMAND = "!ros2 service call /{name} example_interfaces/srv/AddTwoInts '{{a: 20, b: 22}}'"
 
 
@@ -117,11 +118,19 @@ def test_a_goal_is_accepted_before_its_feedback_in_whatever_order_rclpy_tells_of
 def test_a_call_of_another_program_is_seen_from_the_server_that_the_session_runs(kernel, page):
     introspected(kernel, "/add_two_ints")
     assert "sum=42" in kernel.run(COMMAND.format(name="add_two_ints"))
-    exchange = events(kernel, name="/add_two_ints", by="the ros2 command", state="over")  # though it ends at once
+    exchange = events(kernel, name="/add_two_ints", ros2=True, state="over")
     (began, *request), (took, *response) = exchange["events"]
     assert (request, response) == (["request", "a: 20\nb: 22"], ["response", "sum: 42"])
     assert began == 0.0 < took
     assert "Seen from the server" in exchange["about"]
+
+
+def test_the_ros2_command_is_named_while_it_runs(kernel, page):
+    introspected(kernel, "/add_two_ints")
+    start = f"command = subprocess.Popen(shlex.split({REPEATED!r}), stdout=subprocess.DEVNULL)"
+    kernel.run(f"import shlex, subprocess\n{start}")
+    newest(page, name="/add_two_ints", by="the ros2 command", state="over")
+    kernel.run("command.kill()\ncommand.wait()")
 
 
 def test_a_program_of_the_session_that_calls_is_named_and_does_not_push_out_the_others(kernel, page):
