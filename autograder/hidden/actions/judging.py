@@ -285,9 +285,12 @@ def says_elsewhere(seen: Blocking) -> bool:
 
     Results that are empty, also where the goal had a stop without a step to make, name none.
     """
+    if seen.away.end != "ABORTED":
+        return False
+    results = [ride.goal.result for ride in (seen.stuck, seen.away) if ride.goal.status]
     there = {floor for ride in seen.there for floor in ride.floors}
-    filled = any(ride.goal.result.stops or ride.goal.result.floor for ride in (seen.stuck, seen.away))
-    return seen.away.end == "ABORTED" and filled and seen.away.goal.result.floor not in {seen.here, *there}
+    is_filled = any(result.stops or result.floor for result in results)
+    return is_filled and seen.away.goal.result.floor not in {seen.here, *there}
 
 
 def expect_kept_place(seen: Blocking) -> None:
