@@ -75,6 +75,11 @@ class Program:
             raise SandboxError(f"bubblewrap did not start {self.name}: {self.output.strip()[-500:]}")
         return True
 
+    @property
+    def age(self) -> float:
+        """Return the time (s) since it was started."""
+        return time.monotonic() - self.started
+
     def kill(self, why: str = "") -> None:
         """End it and every process that it has started; `why` becomes `stopped`."""
         self._kill(why)

@@ -71,6 +71,10 @@ class Running(Protocol):
         """Return True if it still runs."""
 
     @property
+    def age(self) -> float:
+        """Return the time (s) since it was started."""
+
+    @property
     def exit_status(self) -> int | None:
         """Return its exit status, or None while it runs."""
 
@@ -264,6 +268,22 @@ class Lifecycle(ABC):
             if not again:
                 break
         raise fault
+
+    def expect_to_run_on(self, seconds: float, *wanted: str) -> None:
+        """Raise Wrong if it ends by itself within so many s of a start, and of the next one, too; a Fault as `up` does.
+
+        That it does so once may be the machine's fault.  Until that time nothing is asked.
+        """
+        for _ in range(2):
+            if not self.has_ended:
+                self.up(*wanted)
+                self.wait_until(lambda: self.has_ended, self.allow(seconds - self.program.age))
+            if not self.has_ended:
+                return
+            self.program.wait(REAPED)
+            how = last_words(self.program)
+            self._is_down()
+        raise Wrong(f"{self.file} ended by itself within {seconds:g} s of its start, unasked ({how}): {GOES_ON}.")
 
     def doubt(self, other: "Lifecycle") -> None:
         """Be as patient as with a program that was silent, if `other`, the same one asked otherwise, never answers."""

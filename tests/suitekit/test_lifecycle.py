@@ -150,6 +150,41 @@ def test_a_good_program():
     assert (life.state, life.starts, life.clock.now) == (State.SERVING, 1, 1.0)
 
 
+@pytest.mark.parametrize("waited", [0, 10])
+def test_a_program_that_runs_on(waited):
+    life = Fake(serves())
+    life.begin()
+    life.clock.now += waited
+    life.expect_to_run_on(5)
+    assert (life.state, life.starts, life.clock.now) == (State.SERVING, 1, max(5, waited))
+
+
+@pytest.mark.parametrize("waited", [0, 10])
+def test_a_program_that_ends_unasked_within_some_seconds_twice(waited):
+    life = Fake(serves(ends_at=4.0))
+    life.begin()
+    life.clock.now += waited  # a first end that nobody has seen counts, too
+    with pytest.raises(
+        Wrong, match="^sum.py ended by itself within 5 s of its start, unasked .exit status 1.: it must"
+    ):
+        life.expect_to_run_on(5)
+    assert (life.state, life.starts) == (State.DOWN, 2)
+
+
+def test_a_program_that_ends_unasked_once():
+    life = Fake(serves(ends_at=4.0), serves())
+    life.expect_to_run_on(5)
+    assert (life.state, life.starts) == (State.SERVING, 2)
+
+
+def test_a_program_that_does_not_start_is_not_told_to_have_ended_unasked():
+    life = Fake({"ends_at": 0.5})
+    life.begin()
+    life.clock.now += 1
+    with pytest.raises(Crashed, match="^sum.py did not start: exit status 1.$"):
+        life.expect_to_run_on(5)
+
+
 def test_up_starts_what_is_down():
     life = Fake(serves())
     life.up(SUM)

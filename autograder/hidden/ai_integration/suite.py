@@ -56,6 +56,7 @@ A_WHILE = 0.35  # s, in which a robot makes three decisions or four
 FIRST_TICKS = 6  # before the first scan
 MORE_TICKS = 76  # before the first scan: with the FIRST_TICKS, more than 8 s of simulated time
 LOOKS = Command(0.2, 0.4)  # the speeds of the curve by which a robot looks for a wall, but for their signs
+RUNS_ON = 5.0  # s after its start for which a node is seen to run without a scan: since the first test began
 GOES_ON = 3.0  # s in which as many commands come after these, too: usually the next ticks bring them
 FIRST_COMMANDS = 3  # that must come in them at least: a node's timer may begin with any of the ticks
 
@@ -653,7 +654,9 @@ Helper = Callable[[Eye], Follower]  # makes a node with a right agent
 @points(5, cell="rooms")
 def test_hall(drivers: Mapping[str, Follower], rng: random.Random) -> None:
     """Follows the wall of a hall, with its own agent and a scanner that starts behind."""
-    driven = drive(drivers["hall"], "hall", LASERS["hall"], rng)
+    driver = drivers["hall"]
+    driver.expect_to_run_on(RUNS_ON)
+    driven = drive(driver, "hall", LASERS["hall"], rng)
     if driven:
         raise driven
 

@@ -16,7 +16,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
 from autograder.suitekit import ANSWER, SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
-from autograder.suitekit.lifecycle import State
+from autograder.suitekit.hints import last_words
+from autograder.suitekit.lifecycle import GOES_ON, REAPED, State
 from autograder.suitekit.printed_numbers import GROUPED
 from course.foundation.waiting import wait_until
 
@@ -286,7 +287,10 @@ class Motors(Server):
                 self._left = self.starts, time.monotonic()
 
     def after_silence(self, seconds: float, *commands: tuple[str, bool]) -> str:
-        """The state so many seconds after `leave`, or more; '' when they cannot be enabled, or have ended meanwhile."""
+        """The state so many seconds after `leave`, or more; '' when they cannot be enabled.
+
+        Raises Wrong when the program has ended by itself meanwhile.
+        """
         if self._left is None or self._left[0] != self.starts:
             self.leave(*commands)
         if self._left is None:
@@ -296,6 +300,12 @@ class Motors(Server):
         seconds = max(seconds, self._least)
         wait_until(lambda: not self.program.alive, self.allow(since + seconds - time.monotonic()))
         self.silence = time.monotonic() - since
+        if self.has_ended:
+            self.program.wait(REAPED)
+            raise Wrong(
+                f"{self.file} ended by itself when nobody had asked for anything for some seconds "
+                f"({last_words(self.program)}): {GOES_ON}."
+            )
         state = self.current()
         return state if self.starts == starts else ""
 
@@ -498,7 +508,6 @@ class Relay(Server):
         self._refuses_after = math.inf  # s until an answer with success False, at best
         self._has_succeeded = False
         self._successes: set[str] = set()  # the messages of the latest calls that succeeded
-        self._started = 0.0  # s of time.monotonic, the latest start
         self._called = 0.0  # and the latest call by `answers_again`
         self._answers = 0  # to calls of this start
         self._unasked: int | None = None  # the requests that it sends when its parameters are set; None: not known
@@ -540,7 +549,7 @@ class Relay(Server):
 
     def connect(self) -> Offers:
         """The client, and the server for the program's own client."""
-        self._adder, self._started, self._answers = None, time.monotonic(), 0
+        self._adder, self._answers = None, 0
         self._place = self.bench.enter(self.ros.domain, threads=CALLERS + 2)  # seen before its service comes
         if self.served:
             self.serve()
@@ -753,7 +762,7 @@ class Relay(Server):
 
     def watch(self, seconds: float, since: float | None = None) -> None:
         """Wait until so many seconds have passed since the start, or since `since` (s of time.monotonic)."""
-        program, end = self.program, seconds + (self._started if since is None else since)
+        program, end = self.program, seconds + (self.program.started if since is None else since)
         wait_until(lambda: not program.alive, self.allow(end - time.monotonic()))
 
     def quickest(self, limit: float, loaded: float) -> tuple[float, float]:

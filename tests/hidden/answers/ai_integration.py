@@ -1116,6 +1116,20 @@ WRONG = {
         ),
         {"stops"},
     ),
+    "the node ends by itself after two seconds": (
+        node(
+            (
+                "        rclpy.spin(node)\n",
+                (
+                    "        import time\n"
+                    "        end = time.monotonic() + 2\n"
+                    "        while time.monotonic() < end:\n"
+                    "            rclpy.spin_once(node, timeout_sec=0.1)\n"
+                ),
+            )
+        ),
+        {"hall"},
+    ),
     "the node stops for good when it has turned right for 3 s in all": (
         node(
             ("        self.scan_time = None\n", "        self.scan_time, self.right = None, 0\n"),

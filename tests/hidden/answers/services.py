@@ -11,6 +11,15 @@ def motors(*pairs: tuple[str, str]) -> dict[str, bytes]:
     return changed(REFERENCE, MOTORS, *pairs)
 
 
+SPIN = "        rclpy.spin(node)\n"
+SPINS_FOR_TWO_SECONDS = """
+        import time
+        end = time.monotonic() + 2
+        while time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.1)
+"""
+
+
 def relay(*pairs: tuple[str, str]) -> dict[str, bytes]:
     """The reference with a changed relay."""
     return changed(REFERENCE, RELAY, *pairs)
@@ -1719,6 +1728,19 @@ WRONG = {
             ("        self.stopped = False\n", "        self.stopped = False\n        self.before = False\n"),
         ),
         {"stays_still"},
+    ),
+    "motors that end by themselves after two seconds": (
+        motors((SPIN, SPINS_FOR_TWO_SECONDS)),
+        {"last_command_counts", "stays_still"},
+    ),
+    "motors that die in a timer after three seconds": (
+        motors(
+            (
+                "        self.get_logger().info('Motor service ready')",
+                "        self.create_timer(3.0, lambda: self.get_logger().info(self.uptime))",
+            )
+        ),
+        {"last_command_counts", "stays_still"},
     ),
     "the stop ends by itself after 6 s": (
         motors(
