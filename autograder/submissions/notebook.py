@@ -16,6 +16,9 @@ if TYPE_CHECKING:  # loading it takes time, and most gradings show no notebook
 
 MAX_BYTES = 10_000_000  # of a notebook; those of this course have up to 1,000,000
 MAX_TEXT = 100_000  # characters of a cell or an output that are shown
+MAX_MARKDOWN = 500_000  # characters of all cells with text that are shown; the pages of this course have up to 60,000
+# What is shown as one line of Markdown: nbconvert looks through a line again for each bracket that it has.
+LINE = re.compile(r"([^\n]{1500}[^\s]{0,500})(?=[^\n])")
 # The HTML tags that are shown, without any attributes.
 TAGS = "b br code details div em h1 h2 h3 h4 hr i li ol p pre span strong sub summary sup table tbody td th thead tr ul"
 JOINER = "\N{WORD JOINER}"  # invisible; breaks up text that would be markup
@@ -32,7 +35,7 @@ def safe(handed_in: list[Cell]) -> "NotebookNode":
     """Return a notebook that shows these cells and does nothing else."""
     from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 
-    shown = []
+    shown, left = [], MAX_MARKDOWN
     for number, cell in enumerate(handed_in):
         more = {"metadata": {"nbgrader": {"grade_id": cell.name}} if cell.name else {}, "id": f"cell-{number}"}
         if cell.kind == "code":
@@ -40,7 +43,9 @@ def safe(handed_in: list[Cell]) -> "NotebookNode":
             shown.append(new_code_cell(_cut(cell.source), execution_count=cell.count, outputs=outputs, **more))
         else:
             new = new_markdown_cell if cell.kind == "markdown" else new_raw_cell
-            shown.append(new(plain(_cut(cell.source)), **more))
+            text = _cut(cell.source, min(MAX_TEXT, left))
+            left -= min(left, len(text))
+            shown.append(new(LINE.sub(r"\1\n", plain(text)), **more))
     return new_notebook(
         cells=shown,
         metadata={
@@ -61,8 +66,8 @@ def plain(markdown: str) -> str:
     return re.sub(r"script(?=\s*[:%\\&])", "script" + JOINER, markdown, flags=re.IGNORECASE)
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= MAX_TEXT else text[:MAX_TEXT] + "\n... cut off here: too long to be shown"
+def _cut(text: str, most: int = MAX_TEXT) -> str:
+    return text if len(text) <= most else text[:most] + "\n... cut off here: too long to be shown"
 
 
 def _output(raw: dict[str, Any]) -> "NotebookNode | None":

@@ -89,7 +89,7 @@ def printed_status(file: str, output: str, status: int) -> str:
             )
     for node in returns:
         literal = isinstance(node.value, ast.Constant) and node.value.value is True
-        if literal or (len(returns) == 1 and _is_true(node.value)):
+        if literal or _is_success(node.value) or (len(returns) == 1 and _is_true(node.value)):
             return (
                 f"\n{frame_at(file, node.lineno, source)}\nWhat main() returns is the exit status, and True is the "
                 "status 1. After a success, return 0."
@@ -179,7 +179,14 @@ def _is_no_status(value: ast.expr | None, source: str) -> bool:
     if isinstance(value, ast.Name):
         held = [each for _, each in assigned(value, source)]
         return not held or any(isinstance(each, (*NO_STATUS, ast.Call)) for each in held)
+    if _is_success(value):
+        return False
     return isinstance(value, NO_STATUS) or (isinstance(value, ast.Constant) and isinstance(value.value, str))
+
+
+def _is_success(value: ast.expr | None) -> bool:
+    """Return True for the field `success` of a response."""
+    return isinstance(value, ast.Attribute) and value.attr == "success"
 
 
 def _is_true(value: ast.expr | None) -> bool:

@@ -30,6 +30,7 @@ from course.explaining.source import AWAIT, is_cell, running_cell
 from course.foundation.waiting import wait_until
 from course.ros.rclpy_internals import busy_receiver, client_of, is_served, is_shut_down, owner, replace_in_rclpy
 
+GO_ON = " Leave it out, and go on in a callback of its own: `future.add_done_callback(self.FUNCTION)`."
 TELLING = 3.0  # s that a cell waits for a server before the reader is told why there is none
 EXECUTORS = rclpy.executors.__file__
 SLICE = 0.2  # s between two looks at Ctrl-C
@@ -187,9 +188,10 @@ class Guards:
                 wait_until(future.done, limit - TELLING)
                 return
             if spun:
+                of_action = isinstance(client_of(node, future), ActionClient)
                 self._notice(
                     f"spin_until_future_complete inside a callback of '{node.get_name()}' waits for an executor that "
-                    f"is busy with this callback.{AWAIT}"
+                    f"is busy with this callback.{GO_ON if of_action else AWAIT}"
                 )
                 # No other executor spins it, so this waits, as it would in a program.
                 wait_until(lambda: future.done() or not _is_spun(node) or not node.context.ok(), limit)

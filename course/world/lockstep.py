@@ -79,6 +79,11 @@ class Barrier:
         return known == names and all(client.service_is_ready() for client in self._clients.values())
 
     @property
+    def names(self) -> list[str]:
+        """Return the names of the publishers that were found."""
+        return [name.removesuffix("/get_parameters") for name in self._clients]
+
+    @property
     def deserted(self) -> bool:
         """True if no publisher of the topic is there any more."""
         return not any(client.service_is_ready() for client in self._clients.values())
@@ -148,6 +153,15 @@ class Pace:
     def _tell(self, text: str) -> None:
         self._told = True
         _tell(text)
+
+
+def tell_of_silence(barrier: Barrier, seconds: float) -> None:
+    """Tell the reader of a cell that a driver has been shown scans for so many s, and has not answered."""
+    names = " and ".join(barrier.names) or "The driver"
+    _tell(
+        f"{names} has not answered a scan for {seconds:.0f} s: its callback must not sleep, or compute or loop for so "
+        "long. The ■ button ends this drive, and `ros.stop()` then names the line."
+    )
 
 
 def tell_of_no_driver(limit: float) -> None:

@@ -36,7 +36,7 @@ from course.ros.rclpy_internals import InvalidHandle, RCLError
 from course.world.controls import LATCHED, Controls
 from course.world.geometry import Pose
 from course.world.laser import Laser
-from course.world.lockstep import Barrier, Drive, Pace, tell_of_no_driver
+from course.world.lockstep import Barrier, Drive, Pace, tell_of_no_driver, tell_of_silence
 from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
@@ -44,6 +44,7 @@ MOST_RATE = 1000.0  # Hz
 IDLE = 0.5  # s without a move, after which a world does not simulate
 COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
+SILENT = 5.0  # s after which the reader learns that the driver does not answer
 PATIENCE = 3.0  # s without a driver, after which the reader is told that a drive waits for one
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command after which a tick ends, for a driver without parameter services
@@ -358,12 +359,16 @@ class World(Node):
 
     def _meet(self, timeout: float, answer_within: float, alive: Callable[[], bool]) -> None:
         """Tick without moving the robot until the driver answers, and so is fully connected."""
-        end = time.monotonic() + timeout
+        began, told = time.monotonic(), False
+        end = began + timeout
         self._met = False
         while not self._met and time.monotonic() < end and self.context.ok() and alive():
             if self.simulation.time == 0.0:
                 self.simulation.reset()
             self._met = self._tick(min(answer_within, 5 * CLOCK_REPEAT))
+            if not self._met and not told and time.monotonic() - began >= SILENT:
+                told = True
+                tell_of_silence(self._barrier, time.monotonic() - began)
 
     def _tick(self, timeout: float) -> bool:
         """Publish the next moment of simulated time; return True if the driver sent a command within `timeout` s.

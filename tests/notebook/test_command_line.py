@@ -170,6 +170,14 @@ def test_true_among_other_statuses_is_told(tmp_path, monkeypatch):
     assert said.startswith("\n  client.py, line 4\n    return True\n") and "True is the status 1" in said
 
 
+def test_the_success_of_a_response_as_a_status_is_told_as_true(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = "def main():\n    if usage:\n        return 2\n    return response.success\n\nsys.exit(main())\n"
+    (tmp_path / "client.py").write_text(text)
+    said = printed_status("client.py", "18.7\n", 1)
+    assert "    return response.success\n" in said and "True is the status 1" in said and "prints anything" not in said
+
+
 @pytest.mark.parametrize(
     ("last", "below", "told"),
     [("return 0", "print(answer)", True), ("return 0", "", False), ("node.destroy_node()", "return 0", False)],

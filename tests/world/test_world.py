@@ -402,6 +402,15 @@ def test_a_driver_that_was_stopped_in_the_middle_of_a_drive_is_told_as_that(cont
     assert said.endswith("this drive goes on without one. The node that drove has ended, or was stopped.")
 
 
+def test_a_driver_that_answers_no_scan_is_told_before_the_drive(context, told, monkeypatch):
+    monkeypatch.setattr("course.world.node.SILENT", 0.3)
+    node, driver = world(context, fast=True), own_driver(context, 1.5, False)
+    with spinning(node, context), spinning(driver, context):
+        node.drive(0.1, answer_within=5.0)
+    assert len(told) == 1
+    assert told[0].startswith("/driver has not answered a scan for ") and "its callback must not sleep" in told[0]
+
+
 def test_a_node_beside_the_driver_that_does_not_use_simulated_time_is_no_cause(context, told, monkeypatch):
     monkeypatch.setattr("course.world.lockstep.FIRST", 15)
     node, driver, other = world(context, fast=True), own_driver(context, 0.1, False), own_driver(context, 0, True, "o")
