@@ -1,4 +1,4 @@
-"""What an instructor is shown of a notebook that was handed in."""
+"""The copy of a handed-in notebook that an instructor is shown."""
 
 from autograder.submissions.notebook import MAX_MARKDOWN, plain, safe
 from course.foundation.cells import Cell
