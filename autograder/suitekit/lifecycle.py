@@ -280,10 +280,13 @@ class Lifecycle(ABC):
                 self.wait_until(lambda: self.has_ended, self.allow(seconds - self.program.age))
             if not self.has_ended:
                 return
-            self.program.wait(REAPED)
-            how = last_words(self.program)
             self._is_down()
-        raise Wrong(f"{self.file} ended by itself within {seconds:g} s of its start, unasked ({how}): {GOES_ON}.")
+        raise self.ended(f"within {seconds:g} s of its start, unasked")
+
+    def ended(self, when: str) -> Wrong:
+        """Return the Wrong of a program that has ended by itself though it was not asked; `when` tells the student."""
+        self.program.wait(REAPED)
+        return Wrong(f"{self.file} ended by itself {when} ({last_words(self.program)}): {GOES_ON}.")
 
     def doubt(self, other: "Lifecycle") -> None:
         """Be as patient as with a program that was silent, if `other`, the same one asked otherwise, never answers."""

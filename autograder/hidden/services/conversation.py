@@ -16,8 +16,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from autograder.errors import Fault
 from autograder.suitekit import ANSWER, SETTLED, Alive, Bench, Crashed, Offers, Parameters, Ros, Server, Wrong, offer
-from autograder.suitekit.hints import last_words
-from autograder.suitekit.lifecycle import GOES_ON, REAPED, State
+from autograder.suitekit.lifecycle import State
 from autograder.suitekit.printed_numbers import GROUPED
 from course.foundation.waiting import wait_until
 
@@ -301,11 +300,7 @@ class Motors(Server):
         wait_until(lambda: not self.program.alive, self.allow(since + seconds - time.monotonic()))
         self.silence = time.monotonic() - since
         if self.has_ended:
-            self.program.wait(REAPED)
-            raise Wrong(
-                f"{self.file} ended by itself when nobody had asked for anything for some seconds "
-                f"({last_words(self.program)}): {GOES_ON}."
-            )
+            raise self.ended("when nobody had asked for anything for some seconds")
         state = self.current()
         return state if self.starts == starts else ""
 

@@ -21,6 +21,16 @@ from itertools import pairwise
 from pathlib import Path
 
 SOLUTIONS = Path(__file__).parents[3] / "solutions"
+# The end of the reference's main() that spins its node, and one that ends by itself.
+SPINS_FOR_TWO_SECONDS = (
+    "        rclpy.spin(node)\n",
+    """
+        import time
+        end = time.monotonic() + 2
+        while time.monotonic() < end:
+            rclpy.spin_once(node, timeout_sec=0.1)
+""",
+)
 
 
 def names() -> list[str]:

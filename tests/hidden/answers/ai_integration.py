@@ -5,7 +5,7 @@ from pathlib import Path
 from autograder.submissions import exercises
 from course.foundation import cells
 
-from . import changed, solution
+from . import SPINS_FOR_TWO_SECONDS, changed, solution
 
 AGENT, NODE = "wall_agent.py", "wall_follower.py"
 REFERENCE = solution("ai_integration")
@@ -1116,20 +1116,7 @@ WRONG = {
         ),
         {"stops"},
     ),
-    "the node ends by itself after two seconds": (
-        node(
-            (
-                "        rclpy.spin(node)\n",
-                (
-                    "        import time\n"
-                    "        end = time.monotonic() + 2\n"
-                    "        while time.monotonic() < end:\n"
-                    "            rclpy.spin_once(node, timeout_sec=0.1)\n"
-                ),
-            )
-        ),
-        {"hall"},
-    ),
+    "the node ends by itself after two seconds": (node(SPINS_FOR_TWO_SECONDS), {"hall"}),
     "the node stops for good when it has turned right for 3 s in all": (
         node(
             ("        self.scan_time = None\n", "        self.scan_time, self.right = None, 0\n"),

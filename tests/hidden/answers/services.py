@@ -1,6 +1,6 @@
 """Answers to the exercise on services."""
 
-from . import changed, solution
+from . import SPINS_FOR_TWO_SECONDS, changed, solution
 
 MOTORS, RELAY = "motor_service.py", "relay.py"
 REFERENCE = solution("services")
@@ -9,15 +9,6 @@ REFERENCE = solution("services")
 def motors(*pairs: tuple[str, str]) -> dict[str, bytes]:
     """The reference with a changed motor service."""
     return changed(REFERENCE, MOTORS, *pairs)
-
-
-SPIN = "        rclpy.spin(node)\n"
-SPINS_FOR_TWO_SECONDS = """
-        import time
-        end = time.monotonic() + 2
-        while time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.1)
-"""
 
 
 def relay(*pairs: tuple[str, str]) -> dict[str, bytes]:
@@ -1730,7 +1721,7 @@ WRONG = {
         {"stays_still"},
     ),
     "motors that end by themselves after two seconds": (
-        motors((SPIN, SPINS_FOR_TWO_SECONDS)),
+        motors(SPINS_FOR_TWO_SECONDS),
         {"last_command_counts", "stays_still"},
     ),
     "motors that die in a timer after three seconds": (
