@@ -15,6 +15,7 @@ from nbgrader.api import Gradebook
 from autograder.errors import UsageError
 from autograder.gradebook import address, database, ends
 from autograder.gradebook.late import LatePolicy, course_config
+from autograder.results.targets import GRADEBOOK
 from course.hand_in import DUE, UNTIL
 
 Dates = dict[str, dict[str, str]]  # by exercise: DUE and UNTIL, in ISO 8601; "" for an UNTIL that was removed
@@ -26,7 +27,7 @@ def enter(course: Path, new: Dates, dates: Dates) -> Dates:
     Somebody may have changed them in Formgrader.
     """
     database.read_version_in_process()
-    with Gradebook(address.url(course.resolve() / "gradebook.db")) as book:
+    with Gradebook(address.url(course.resolve() / GRADEBOOK)) as book:
         for name, each in new.items():
             if each.get(DUE):
                 book.update_or_create_assignment(name, duedate=_utc(each[DUE]))

@@ -7,6 +7,7 @@ from pathlib import Path
 from nbgrader.api import Gradebook
 
 from autograder.gradebook import address, database, members
+from autograder.results.targets import GRADEBOOK
 
 
 def main(course: Path, students: dict[str, dict[str, str]], known: dict[str, str]) -> None:
@@ -16,11 +17,11 @@ def main(course: Path, students: dict[str, dict[str, str]], known: dict[str, str
     """
     members.write(course, {int(user): name for user, name in known.items()})
     database.read_version_in_process()
-    with Gradebook(address.url(course.resolve() / "gradebook.db")) as book:
+    with Gradebook(address.url(course.resolve() / GRADEBOOK)) as book:
         for student, names in students.items():
             shown = names if any(names.values()) else {"first_name": "", "last_name": student}
             book.update_or_create_student(student, **shown)
-    database.share(course / "gradebook.db")
+    database.share(course / GRADEBOOK)
 
 
 if __name__ == "__main__":

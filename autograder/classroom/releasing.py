@@ -8,6 +8,7 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from autograder.gradebook.release import release, set_up
+from autograder.results.targets import GRADEBOOK
 
 
 def main(course: Path, names: list[str]) -> None:
@@ -23,7 +24,7 @@ def main(course: Path, names: list[str]) -> None:
         release(course, names)
     except UsageError as error:
         sys.exit(str(error))
-    database.share(course / "gradebook.db")
+    database.share(course / GRADEBOOK)
     app = NbGrader()
     app.load_config_file()  # names the exchange
     nbgrader = NbGraderAPI(config=app.config)

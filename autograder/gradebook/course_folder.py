@@ -12,10 +12,10 @@ import stat
 from pathlib import Path
 
 from autograder.errors import UsageError
-from autograder.results.targets import CONFIGURATION, GRADEBOOK
+from autograder.results.targets import CONFIGURATION, GRADEBOOK, SOURCE
 from autograder.submissions import provenance
 
-MADE = ("source", GRADEBOOK)  # `autograder release` makes both in a course folder, and so does nbgrader
+MADE = (SOURCE, GRADEBOOK)  # `autograder release` makes both in a course folder, and so does nbgrader
 log = logging.getLogger(__name__)
 
 

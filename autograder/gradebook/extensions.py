@@ -12,6 +12,7 @@ from pathlib import Path
 
 from autograder.errors import UsageError
 from autograder.gradebook import shared_file
+from autograder.results.targets import SOURCE
 from autograder.submissions import exercises, roster
 from course.foundation.times import MINUTES
 
@@ -109,7 +110,7 @@ def unknown(course: Path, students: Iterable[str]) -> dict[str, str]:
 
 def released(course: Path) -> list[str]:
     """Return the assignments in a course folder, also those that are not exercises of this course."""
-    return [path.name for path in (course / "source").glob("*") if path.is_dir()]
+    return [path.name for path in (course / SOURCE).glob("*") if path.is_dir()]
 
 
 def of(given: Given, student: str, exercise: str) -> list[float | str]:

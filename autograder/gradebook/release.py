@@ -20,6 +20,7 @@ from autograder.errors import Leak, UsageError
 from autograder.gradebook import address, apart, course_folder, ends
 from autograder.gradebook.leaks import leaks, secrets
 from autograder.paths import repository
+from autograder.results.targets import SOURCE
 from autograder.submissions import exercises
 from course.foundation import storage
 from course.hand_in import DUE, NOTED, UNTIL
@@ -103,7 +104,7 @@ def set_up(course: Path) -> None:
     address.expect_usable(course)
     config = course / course_folder.CONFIGURATION
     course.mkdir(storage.PRIVATE_FOLDER, parents=True, exist_ok=True)
-    (course / "source").mkdir(exist_ok=True)  # which makes it one, see `course_folder`
+    (course / SOURCE).mkdir(exist_ok=True)  # which makes it one, see `course_folder`
     if not config.exists():
         config.write_text(COURSE_FILE, encoding="utf-8")
 
@@ -176,7 +177,7 @@ def api(course: Path) -> "NbGraderAPI":
 
 
 def _release(nbgrader: "NbGraderAPI", course: Path, name: str, notebook: Path) -> Path:
-    source, released = course / "source" / name, course / "release" / name
+    source, released = course / SOURCE / name, course / "release" / name
     if difference := exercises.difference(name, notebook) if name in exercises.names() else "":
         raise UsageError(f"{name} is not released: {difference}")
     source.mkdir(parents=True, exist_ok=True)

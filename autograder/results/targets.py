@@ -13,7 +13,8 @@ GRADEBOOK, CONFIGURATION = "gradebook.db", "nbgrader_config.py"  # in nbgrader's
 COURSE = (GRADEBOOK, CONFIGURATION, "ends.json", "extensions.json", "members.json")
 RESULTS = (output.RESULTS, output.HISTORY, output.DETAILS, output.ASKED, ".lock", ".returning", "returned.json")
 NAMES = {*COURSE, *RESULTS, REMEMBERED}  # of files that no command writes where it is told to
-STEPS = ("source", "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
+SOURCE = "source"  # in a course folder: the notebooks to release, a folder each
+STEPS = (SOURCE, "release", "submitted", "autograded", "feedback")  # nbgrader's folders in a course folder
 PAGES = ("feedback", "regrade")  # in an output folder
 NEEDED = "the course or its results would be damaged: name another file"
 
