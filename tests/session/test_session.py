@@ -22,6 +22,7 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from course.errors import CallTimeout, LiveError, NodeFailed
+from course.foundation import processes
 from course.foundation.waiting import wait_until
 from course.nodes.fibonacci_action_server import FibonacciActionServer
 from course.session.domains import claim_domain
@@ -656,6 +657,7 @@ for attempt in range(3):
     )
     for attempt in range(3):
         assert process.stdout.readline() == "waiting\n"
+        assert wait_until(lambda: processes.sleeping(process.pid), 20)  # a signal just before would wait for the end
         os.killpg(process.pid, signal.SIGINT)
         said = process.stdout.readline()
         assert said == f"{attempt + 1}\n", process.communicate(timeout=20)[1]
