@@ -738,6 +738,11 @@ def _not_initialised(found: re.Match[str], source: str) -> str:
 
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
     key = found[1]
+    if named := re.search(rf"(\w+)\.pop\(\s*['\"]{re.escape(key)}['\"]\s*\)", code):
+        return (
+            f"`pop` takes a value out of the dict, which has it no more the next time. Read it with square brackets: "
+            f"`{named[1]}['{key}']`."
+        )
     if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
         if _of_a_request(named[1], code, source):
             return (
