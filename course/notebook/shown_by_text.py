@@ -311,6 +311,13 @@ def _kept_nothing(file: str) -> str:
             )
     if none := still_none(file):
         return none
+    for compared in (each for each in walk(tree) if isinstance(each, ast.Compare)):
+        limit = signed_number(compared.comparators[0])
+        if name_of(compared.left) == "nanoseconds" and limit is not None and 0.0 < limit < MICROSECOND:
+            return (
+                f"\n{frame_at(file, compared.lineno, source)}\nThese are nanoseconds, 500,000,000 of which are half a "
+                "second: divide them by 1e9."
+            )
     for function in (each for each in functions(tree) if "fresh" in each.name):
         for node in (each.value for each in walk(function) if isinstance(each, ast.Return)):
             older = isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Gt, ast.GtE))
@@ -322,6 +329,7 @@ def _kept_nothing(file: str) -> str:
     return ""
 
 
+MICROSECOND = 1000  # nanoseconds, fewer of which are meant as seconds or milliseconds
 KEEPING = ("append", "put", "setattr", "update", "publish", "set_result")
 
 

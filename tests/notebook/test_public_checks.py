@@ -752,7 +752,7 @@ SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
         each_night("services", "relay", "relay.py", READY, READY_ONCE,
                    "the relay does not ask /add_two_ints\n  relay.py, line 21\n    self.ready = self.client.ser"),
         each_night("services", "motor-service", "motor_service.py", SAID_LAST, SAID_FIRST,
-                   "\nThis reads `self.stopped`, and line "),
+                   "\nThis reads `self.stopped` before line "),
         each_night("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', '10.0'",
                    "output_max is the text '10.0': a default without quotation marks, such as 1.0, makes a double"),
         each_night("services", "relay", "relay.py", "    async def relay(self, request, response):\n",
@@ -2296,7 +2296,7 @@ SENTENCES = [
         "relay.py",
         "        answer = await",
         "        __import__('time').sleep(0.7)\n        answer = await",
-        " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
+        "sleep(0.7)\nA sleep blocks the only thread that runs callbacks, also in an `async def`: leave it out.",
     ),
     each_night(
         "ai_integration",

@@ -156,6 +156,9 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          "The angle_increment of a scanner that turns clockwise is negative: without its sign the beams on the right "),
         ("ai_integration", "wall_follower.py", {"    distances = {}\n": "    distances = {}\n"
          "    if abs(scan.angle_increment) < 1e-9:\n        return {}\n"}, sees_nothing, ""),
+        ("ai_integration", "wall_follower.py", {"- self.scan_time <= FRESH": "- self.scan_time).nanoseconds <= 0.5",
+         "return self.get_clock().now()": "return (self.get_clock().now()"}, sees_nothing,
+         "These are nanoseconds, 500,000,000 of which are half a second: divide them by 1e9."),
         ("ai_integration", "wall_follower.py", {}, lambda file: unread_limit(file, "range_max"), ""),
         ("ai_integration", "wall_follower.py", {" & (ranges <= scan.range_max)": ""},
          lambda file: unread_limit(file, "range_max"), "reads `range_max` of the scan"),
