@@ -1160,7 +1160,7 @@ SENTENCES = [
         "wall_follower.py",
         "'right': (-80, -40)",
         "'right': (-60, -40)",
-        "a wall on the right, the nearest point 0.7 m away at -75 degrees: it must be told (0.3, -0.15)",
+        "a wall on the right, the nearest point 0.7 m away at -79 degrees: it must be told (0.3, -0.15)",
     ),
     each_night(
         "parameters",
@@ -1350,7 +1350,7 @@ SENTENCES = [
         "wall_agent.py",
         "        if right > 1.2:",
         ENDLESS,
-        "no beams: no command comes any more\nwall_follower.py is here:\n  wall_follower.py, line ",
+        "\nwall_follower.py is here:\n  wall_follower.py, line 60, in control_loop\n    action = self.agent.decide",
     ),
     each_night(
         "ai_integration",
@@ -2312,7 +2312,10 @@ SENTENCES = [
         "relay.py",
         "        answer = await",
         "        __import__('time').sleep(0.7)\n        answer = await",
-        "sleep(0.7)\nA sleep blocks the only thread that runs callbacks, also in an `async def`: leave it out.",
+        (
+            " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once\n  relay.py, line "
+            "30\n    __import__('time').sleep(0.7)\nA sleep blocks the only thread that runs callbacks, also in an "
+        ),
     ),
     each_night(
         "ai_integration",
