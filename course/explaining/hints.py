@@ -64,6 +64,7 @@ from course.explaining.mixups import (
     class_changed,
     class_for_response,
     class_passed,
+    function_to_wait_for,
     hidden_by_file,
     idle_lambda,
     line_tree,
@@ -85,7 +86,7 @@ from course.explaining.nothing import (
     silent_helper,
 )
 from course.explaining.of_parameters import list_of_parameters, no_check_result, parameter_kept, parameters_for_one
-from course.explaining.operands import NUMBERS, product, time_without, unfit
+from course.explaining.operands import NUMBERS, duration_and_number, product, time_without, unfit
 from course.explaining.overwritten import (
     NO_TYPE,
     NOT_CALLABLE,
@@ -358,11 +359,24 @@ def _method_indexed(found: re.Match[str], source: str, code: str) -> str:
     return f"`ros.{named[0]}` is a method: call it with round brackets, `ros.{named[0]}(...)`." if named else ""
 
 
+# What a parameter of a type is called, which texts look like a value of it, and what to write for any other text.
+OF_TYPE = {
+    "DOUBLE": ("a double", r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", "a number with a point, such as 1.0"),
+    "INTEGER": ("an integer", r"[+-]?\d+", "a whole number"),
+    "BOOL": ("a bool", "True|False", "True or False"),
+}
+
+
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
     if words := unparsed(found.string):
         return words
     if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
         return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
+    if text := re.search(r"to '([^']*)' of type 'STRING', expecting type '(DOUBLE|INTEGER|BOOL)'", found.string):
+        kind, pattern, example = OF_TYPE[text[2]]
+        value = f"{text[1]}.0" if text[2] == "DOUBLE" and text[1].lstrip("+-").isdecimal() else text[1]
+        how = f"write {value} without quotation marks" if re.fullmatch(pattern, text[1]) else f"write {example}"
+        return f"The parameter was declared as {kind}, and '{text[1]}' is text: {how}."
     return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
 
 
@@ -738,6 +752,11 @@ def _not_initialised(found: re.Match[str], source: str) -> str:
 
 def _no_such_key(found: re.Match[str], source: str, code: str) -> str:
     key = found[1]
+    if named := re.search(rf"(\w+)\.pop\(\s*['\"]{re.escape(key)}['\"]\s*\)", code):
+        return (
+            f"`pop` takes a value out of the dict, which has it no more the next time. Read it with square brackets: "
+            f"`{named[1]}['{key}']`."
+        )
     if named := re.search(rf"(\w+)\[\s*['\"]{re.escape(key)}['\"]\s*\]", code):
         if _of_a_request(named[1], code, source):
             return (
@@ -985,10 +1004,6 @@ KNOWN: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (r"(?:(\w[\w.]*)\(\)) (?:takes \d+|missing \d+ required) positional argument", argument_count),
     (r"<lambda>\(\) takes (\d+) positional arguments? but (\d+) w|<lambda>\(\) missing (\d+) r", lambda_arguments),
-    (
-        r"'[<>]=?' not supported between instances of '(?:Duration' and '(?:float|int)|(?:float|int)' and 'Duration)'",
-        _says("Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."),
-    ),
     (r"ParameterNotDeclaredException: .*: (\w+(?:[./]\w+)*)", _not_declared),
     (
         r"The given value is not one of the allowed types '?rcl_interfaces\.msg\.(?:\w+\.)*ParameterDescriptor",
@@ -1162,6 +1177,14 @@ OF_A_LINE: tuple[tuple[str, Callable[[re.Match[str], str, str], str]], ...] = (
     (r"^NameError: name '(\w+)' is not defined", node_without_quotes),
     (r"(\w+)\(\) missing \d+ required positional argument", called_by_hand),
     (r"^AttributeError: '(\w+)' object has no attribute '(\w+)'", not_kept),
+    (
+        r"'(?:function|method|builtin_function_or_method)' object has no attribute 'add_done_callback'",
+        function_to_wait_for,
+    ),
+    (
+        r"not supported between instances of '(?:(Duration)' and '(?:float|int)|(?:float|int)' and 'Duration)'",
+        duration_and_number,
+    ),
     (r"undeclared parameter\(s\)|'list' object has no attribute 'value'", parameters_for_one),
     (r"undeclared parameter\(s\): (-?[\d.]+|True|False)", wrong_forms.value_for_a_name),
     (r"^TypeError: .* takes \d+ positional arguments? but", self_behind_super),

@@ -284,6 +284,17 @@ def not_a_future(found: re.Match[str], source: str) -> str:
     return f"`ros.wait(...)` takes a future, such as that of `client.call_async(...)`, and gets {what}.{waited}"
 
 
+def function_to_wait_for(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a function that is not called where a future is needed, `ros.wait(asker.send)`; or ''."""
+    given = re.search(r"\b(ros\.wait)\(\s*([\w.]+)\s*[,)]", code)
+    if given is None:
+        return ""
+    return (
+        f"`{given[2]}` is a function, and without brackets it is not called. Call it, and wait for the future that it "
+        f"returns: `{given[1]}({given[2]}(...))`."
+    )
+
+
 def hidden_by_file(found: re.Match[str], source: str) -> str:
     """Return the hint on a module of the reader's folder with the name of an installed one, or ''."""
     name = (found[1] or found[2]).partition(".")[0]

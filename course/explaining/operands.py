@@ -35,6 +35,23 @@ def unfit(found: re.Match[str], source: str) -> str:
     return ""
 
 
+CLOCKS = re.compile(r"\btime\.(?:time|monotonic|perf_counter)\(\)|\b(?:monotonic|perf_counter)\(\)")
+
+
+def duration_and_number(found: re.Match[str], source: str, code: str) -> str:
+    """Return the hint on a comparison of a Duration with a number: what its number is made of, if that is seen."""
+    elsewhere = not found[1] and not re.search(r"\d|\bnow\(", code)  # the number was made in another line
+    if clock := CLOCKS.search(code) or (CLOCKS.search(source) if elsewhere else None):
+        return (
+            f"`{clock[0]}` is a number of seconds, and this is compared with a Duration. Write "
+            "`self.get_clock().now()` in both places, where the time is kept and where its age is asked for: the "
+            "difference is a Duration."
+        )
+    if re.search(r"\.nanoseconds\b", code):
+        return "`.nanoseconds` is a number, and this is compared with a Duration: leave it out, and what divides it."
+    return "Compare a duration with a duration, as in `age <= Duration(seconds=0.5)` (from rclpy.duration)."
+
+
 OF_A_STAMP = (
     "One of these is the message of a time, as `header.stamp` is. Make it a time of rclpy first: "
     "`Time.from_msg(msg.header.stamp)` (from rclpy.time)."

@@ -744,13 +744,23 @@ def sets_in_a_check(file: str) -> str:
 
 
 def sleeps(file: str, maker: str) -> str:
-    """Return the first line of a program's callbacks, those passed to `maker`, that sleeps; '' if none does."""
+    """Return the first line of a program's callbacks, those passed to `maker`, that sleeps, and why that is wrong.
+
+    '' if none does.
+    """
     source = text_at(Path(file))
     tree = parse_program(source)
     names = {name_of(argument(call, *CALLBACKS[maker])) for call in calls(tree, maker)}
+    awaited = {node.value for node in walk(tree) if isinstance(node, ast.Await)}
     for function in functions(tree):
         for call in calls(function, "sleep") if function.name in names else ():
-            return f"\n{frame_at(file, call.lineno, source)}"
+            where = ", also in an `async def`" if isinstance(function, ast.AsyncFunctionDef) else ""
+            why = (
+                ""
+                if call in awaited or "ThreadedExecutor(" in source
+                else (f"\nA sleep blocks the only thread that runs callbacks{where}: leave it out.")
+            )
+            return f"\n{frame_at(file, call.lineno, source)}{why}"
     return ""
 
 

@@ -154,11 +154,35 @@ def _reversed(file: str) -> str:
     return ""
 
 
+def _without_sign(file: str) -> str:
+    """Return lines on a program that takes the sign from the increment of a scan's angles; '' if its text does not."""
+    source = text_at(Path(file))
+    nodes = [*walk(parse(source))]
+    compared = {part for node in nodes if isinstance(node, ast.Compare) for part in walk(node)}
+    for call in (node for node in nodes if isinstance(node, ast.Call) and node not in compared):
+        if name_of(call.func) in ("abs", "fabs", "absolute") and name_of(call.args[0]) == "angle_increment":
+            return (
+                f"\n{frame_at(file, call.lineno, source)}\nThe angle_increment of a scanner that turns clockwise is "
+                f"negative: without its sign the beams on the right are taken for those on the left. Leave out "
+                f"`{name_of(call.func)}`."
+            )
+    return ""
+
+
+def unread_limit(file: str, field: str) -> str:
+    """Return a sentence on a program that never reads this limit of a scan's ranges; '' if it may."""
+    source = text_at(Path(file))
+    if re.search(rf"\b{field}\b", ast.unparse(parse(source))) or "getattr" in source:
+        return ""
+    return f". Nothing in {file} reads `{field}` of the scan"
+
+
 def seen_wrongly(file: str, *, nothing: bool) -> str:
     """Return why a follower takes a scan for another one, or for `nothing`; '' if its text does not show that."""
     return (
         unconverted(file)
         or _reversed(file)
+        or _without_sign(file)
         or _by_the_last_angle(file)
         or _of_the_sectors(file)
         or (_kept_nothing(file) if nothing else "")
@@ -287,6 +311,13 @@ def _kept_nothing(file: str) -> str:
             )
     if none := still_none(file):
         return none
+    for compared in (each for each in walk(tree) if isinstance(each, ast.Compare)):
+        limit = signed_number(compared.comparators[0])
+        if name_of(compared.left) == "nanoseconds" and limit is not None and 0.0 < limit < MICROSECOND:
+            return (
+                f"\n{frame_at(file, compared.lineno, source)}\nThese are nanoseconds, 500,000,000 of which are half a "
+                "second: divide them by 1e9."
+            )
     for function in (each for each in functions(tree) if "fresh" in each.name):
         for node in (each.value for each in walk(function) if isinstance(each, ast.Return)):
             older = isinstance(node, ast.Compare) and isinstance(node.ops[0], (ast.Gt, ast.GtE))
@@ -298,6 +329,7 @@ def _kept_nothing(file: str) -> str:
     return ""
 
 
+MICROSECOND = 1000  # nanoseconds, fewer of which are meant as seconds or milliseconds
 KEEPING = ("append", "put", "setattr", "update", "publish", "set_result")
 
 

@@ -79,10 +79,13 @@ def condition_of(given: object) -> Callable[[], object]:
             "returns its result"
         )
     if not callable(given):
-        how = "leave out the brackets after its last name" if isinstance(given, bool) else "write `lambda:` before it"
+        kind, how = f"a {type(given).__name__}: its value now", ""
+        if isinstance(given, bool):
+            kind = f"{given}, which stays so"
+            how = "leave out the brackets after its last name, as in `ros.until(future.done)`, or "
         raise LiveError(
-            f"ros.until takes a function that it can call again and again, and this is a {type(given).__name__}: its "
-            f"value now. Either {how}, as in `ros.until(future.done)` and `ros.until(lambda: len(scans) > 0)`"
+            f"ros.until takes a function that it can call again and again, and this is {kind}. To wait for a "
+            f"condition, {how}write `lambda:` before it, as in `ros.until(lambda: len(scans) > 0)`"
         )
 
     def value() -> object:

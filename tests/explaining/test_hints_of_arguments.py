@@ -32,6 +32,12 @@ LOOKS = """class A(Node):
     def hear(self, msg):
         self.seen = self.look(msg)
 """
+NO_FUTURE = "AttributeError: 'function' object has no attribute 'add_done_callback'"
+NO_ORDER = "TypeError: '<=' not supported between instances of 'float' and 'Duration'"
+OF_TEXT = (
+    "rclpy.exceptions.InvalidParameterTypeException: Trying to set parameter 'beams' to '{}' of type 'STRING', "
+    "expecting type '{}': beams"
+)
 KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argument '{}'"
 
 
@@ -67,6 +73,23 @@ KEYWORD = "TypeError: Node.declare_parameter() got an unexpected keyword argumen
          "`read_only` is a field of the descriptor, the third argument: `ParameterDescriptor(read_only=...)`."),
         (KEYWORD.format("descriptio"), "", "", "Did you mean `descriptor=`?"),
         (KEYWORD.format("unit"), "", "", ""),
+        ("KeyError: 'front'", "", "front = distances.pop('front')",
+         "`pop` takes a value out of the dict, which has it no more the next time. Read it with square brackets: `d"),
+        ("KeyError: 'front'", "", "front = distances.pop(name)", ""),
+        (NO_FUTURE, "", "print(ros.wait(asker.send_request))",
+         "is not called. Call it, and wait for the future that it returns: `ros.wait(asker.send_request(...))`."),
+        (NO_FUTURE, "import course\nros = course.live()\nros.nodes()", "look = ros.wait(sends[0])",
+         "`ros.wait(...)` takes a future"),
+        (OF_TEXT.format("180", "INTEGER"), "", "", "as an integer, and '180' is text: write 180 without quotation"),
+        (OF_TEXT.format("2", "DOUBLE"), "", "", "as a double, and '2' is text: write 2.0 without quotation marks."),
+        (OF_TEXT.format("2.5", "INTEGER"), "", "", "as an integer, and '2.5' is text: write a whole number."),
+        (OF_TEXT.format("True", "BOOL"), "", "", "as a bool, and 'True' is text: write True without quotation marks."),
+        (OF_TEXT.format("yes", "BOOL"), "", "", "as a bool, and 'yes' is text: write True or False."),
+        (NO_ORDER, "", "return time.time() - self.came <= FRESH",
+         "`time.time()` is a number of seconds, and this is compared with a Duration. Write `self.get_clock().now()`"),
+        (NO_ORDER, "self.age = time.monotonic() - came", "return self.age <= FRESH", "`time.monotonic()` is a number"),
+        (NO_ORDER, "", "return age.nanoseconds / 1e9 <= FRESH", "compared with a Duration: leave it out, and what "),
+        (NO_ORDER, "start = time.time()", "return 0.5 >= self.get_clock().now() - self.came", "as in `age <= Duration"),
     ],
 )  # fmt: skip
 def test_an_argument_or_a_field_is_named(error, text, code, says):

@@ -289,8 +289,13 @@ def test_a_callback_that_sleeps_is_named_with_its_line(tmp_path, monkeypatch):
         "def other(self):\n    time.sleep(1)\n"
         "def answer(self, msg):\n    time.sleep(2)\n"
     )
-    assert judging.sleeps("node.py", "create_subscription") == "\n  node.py, line 5\n    time.sleep(2)"
+    where = "\n  node.py, line 5\n    time.sleep(2)"
+    why = "\nA sleep blocks the only thread that runs callbacks: leave it out."
+    assert judging.sleeps("node.py", "create_subscription") == where + why
     assert judging.sleeps("node.py", "create_timer") == ""
+    with (tmp_path / "node.py").open("a") as file:
+        file.write("executor = MultiThreadedExecutor()\n")
+    assert judging.sleeps("node.py", "create_subscription") == where
 
 
 @pytest.mark.parametrize(

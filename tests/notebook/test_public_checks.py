@@ -752,7 +752,7 @@ SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
         each_night("services", "relay", "relay.py", READY, READY_ONCE,
                    "the relay does not ask /add_two_ints\n  relay.py, line 21\n    self.ready = self.client.ser"),
         each_night("services", "motor-service", "motor_service.py", SAID_LAST, SAID_FIRST,
-                   "\nThis reads `self.stopped`, and line "),
+                   "\nThis reads `self.stopped` before line "),
         each_night("parameters", "pid-node", "pid_node.py", "'output_max', 10.0", "'output_max', '10.0'",
                    "output_max is the text '10.0': a default without quotation marks, such as 1.0, makes a double"),
         each_night("services", "relay", "relay.py", "    async def relay(self, request, response):\n",
@@ -813,7 +813,7 @@ PROBES = """        self.create_timer(1.0, self.probe, callback_group=group)
             await self.client.call_async(AddTwoInts.Request())
 """
 GIVES_UP = """        future, given_up = self.client.call_async(AddTwoInts.Request(a=a, b=b)), rclpy.task.Future()
-        timer = self.create_timer(3.8, given_up.cancel, callback_group=self.client.callback_group)
+        timer = self.create_timer(4.5, given_up.cancel, callback_group=self.client.callback_group)
         future.add_done_callback(lambda future: given_up.set_result(future.result()))
         answer = await given_up
         self.destroy_timer(timer)
@@ -1160,7 +1160,7 @@ SENTENCES = [
         "wall_follower.py",
         "'right': (-80, -40)",
         "'right': (-60, -40)",
-        "a wall on the right, the nearest point 0.7 m away at -75 degrees: it must be told (0.3, -0.15)",
+        "a wall on the right, the nearest point 0.7 m away at -79 degrees: it must be told (0.3, -0.15)",
     ),
     each_night(
         "parameters",
@@ -1350,7 +1350,7 @@ SENTENCES = [
         "wall_agent.py",
         "        if right > 1.2:",
         ENDLESS,
-        "no beams: no command comes any more\nwall_follower.py is here:\n  wall_follower.py, line ",
+        "\nwall_follower.py is here:\n  wall_follower.py, line 60, in control_loop\n    action = self.agent.decide",
     ),
     each_night(
         "ai_integration",
@@ -1725,7 +1725,120 @@ SENTENCES = [
         ". The sum is 9007199254740993, and the message must have all its digits: a float has not so many",
     ),
     each_night(
-        "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 4.3 s, and the relay gave up before that: "
+        "services", "relay", "relay.py", ASKED, GIVES_UP, "Here it takes 5 s, and the relay gave up before that: "
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        SAID,
+        f"        if not answer.sum:\n            response.message = 'no sum'\n            return response\n{SAID}",
+        "call 1 with a=60 and b=2, where /add_two_ints answers 0: success must be True, and the message must contain 0",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        " = {answer.sum}'",
+        "'",
+        "message='40 + 2'). The message must contain the sum that was received, 643",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        response.success = True\n",
+        "",
+        "message='40 + 2 = 643'). The sum was received, so success must be True; until it is set, it is False",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "{answer.sum}'",
+        "{abs(answer.sum)}'",
+        "where /add_two_ints answers -1: success must be True, and the message must contain -1, because a sum may be ",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        ASKED,
+        f"        if not a:\n            response.message = 'a is not set'\n            return response\n{ASKED}",
+        "a call with a=0 and b=3 (a parameter may be 0) sent it no request, and was answered std_srvs.srv.Trigger",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "AddTwoInts.Request(a=a, b=b)",
+        "AddTwoInts.Request(a=a or 1, b=b)",
+        "with a=0 and b=3, the request that came to /add_two_ints had (a, b) = (1, 3)",
+    ),
+    each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.stopped = request.data\n",
+        (
+            "        self.stopped = request.data\n        [each.cancel() for each in list(self.timers)]\n"
+            "        self.create_timer(3.0, lambda: setattr(self, 'stopped', False))\n"
+        ),
+        "and 3.2 s later, without a request meanwhile, /motors/status says std_srvs.srv.Trigger_Response(success=True",
+    ),
+    each_night(
+        "services",
+        "motor-service",
+        "motor_service.py",
+        "        self.enabled = request.data and response.success\n",
+        (
+            "        self.enabled = request.data and response.success\n"
+            "        [each.cancel() for each in list(self.timers)]\n"
+            "        self.create_timer(2.0, lambda: setattr(self, 'enabled', False))\n"
+        ),
+        "only a request changes the state: /motors/enable with data=True was answered std_srvs.srv.SetBool_Response(",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "        front, right =",
+        "        self.asked = getattr(self, 'asked', 0) + 1\n        if self.asked % 2 == 0:\n"
+        "            return {'linear': 0.0, 'angular': 0.0}\n        front, right =",
+        "at {'front': 0.4, 'right': 0.6} it must decide (0.0, 0.5), however often; the second time it gave (0.0, 0.0)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "+ scan.angle_increment *",
+        "+ abs(scan.angle_increment) *",
+        "that turns clockwise, and a wall at 0.7 m: it must be told (0.3, -0.15), and it is told (0.3, 0.5): ",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "+ scan.angle_increment *",
+        "+ math.radians(1 if scan.angle_increment > 0 else -1) *",
+        "two beams a degree, and a wall at 0.5 m: it must be told (0.3, 0.15), and it is told ",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "(ranges >= scan.range_min) & ",
+        "",
+        "0.4 m on the right, less than this scan's range_min of 0.5 m, so left out: it must be told (0.2, -0.4), and "
+        "it is told (0.3, 0.3): that is for 0.40 m on the right. Nothing in wall_follower.py reads `range_min` of the ",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        " & (ranges <= scan.range_max)",
+        "",
+        "1.1 m on the right, more than this scan's range_max of 1.0 m, so left out: it must be told (0.2, -0.4), and ",
     ),
     (
         "actions",
@@ -2199,7 +2312,10 @@ SENTENCES = [
         "relay.py",
         "        answer = await",
         "        __import__('time').sleep(0.7)\n        answer = await",
-        " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once",
+        (
+            " of their requests had come to /add_two_ints after 3.5 s, and all must be sent at once\n  relay.py, line "
+            "30\n    __import__('time').sleep(0.7)\nA sleep blocks the only thread that runs callbacks, also in an "
+        ),
     ),
     each_night(
         "ai_integration",
@@ -2416,6 +2532,19 @@ def test_an_agent_may_print_without_ending_its_line(empty):
         answers.solution("ai_integration"), "wall_agent.py", (first, f"print(self.state, end=' ')\n        {first}")
     )
     assert Page("ai_integration").judge(files, "wall-agent")["wall-agent"] == cells.PASSED
+
+
+def test_an_agent_that_changes_the_dict_that_it_is_given_is_told(empty, capfd):
+    """It passes, since a node may give it a copy; one that does not ends at its second decision on one scan."""
+    takes = ("distances['front'], ", "distances.pop('front'), ")
+    files = answers.changed(answers.solution("ai_integration"), "wall_agent.py", takes)
+    page = Page("ai_integration")
+    assert page.judge(files, "wall-agent")["wall-agent"] == cells.PASSED
+    said = capfd.readouterr().err
+    assert "{'front': 0.4, 'right': 0.6} was {'right': 0.6} after the decision, and asked again with this dict " in said
+    assert "it gave KeyError('front')" in said and said.count("note:") == 1
+    said = page.check("wall-follower")
+    assert "\n    front, right = distances.pop('front'), distances['right']" in said and "Hint: `pop` takes" in said
 
 
 def test_an_agent_may_fill_the_same_dict_for_each_answer(empty):

@@ -22,6 +22,7 @@ from course.notebook.shown_by_text import (
     seen_wrongly,
     still_none,
     unconverted,
+    unread_limit,
     unseen_scans,
 )
 from tests.hidden import answers
@@ -151,6 +152,16 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
          lambda file: odd_values(file, math.nan), ""),
         ("ai_integration", "wall_follower.py", {"    usable =": "    ranges = np.nan_to_num(ranges)\n    usable ="},
          lambda file: odd_values(file, math.nan), "\nThis makes 0.0 of NaN, an obstacle at 0 m. Leave those beams out"),
+        ("ai_integration", "wall_follower.py", {"scan.angle_increment *": "abs(scan.angle_increment) *"}, sees_nothing,
+         "The angle_increment of a scanner that turns clockwise is negative: without its sign the beams on the right "),
+        ("ai_integration", "wall_follower.py", {"    distances = {}\n": "    distances = {}\n"
+         "    if abs(scan.angle_increment) < 1e-9:\n        return {}\n"}, sees_nothing, ""),
+        ("ai_integration", "wall_follower.py", {"- self.scan_time <= FRESH": "- self.scan_time).nanoseconds <= 0.5",
+         "return self.get_clock().now()": "return (self.get_clock().now()"}, sees_nothing,
+         "These are nanoseconds, 500,000,000 of which are half a second: divide them by 1e9."),
+        ("ai_integration", "wall_follower.py", {}, lambda file: unread_limit(file, "range_max"), ""),
+        ("ai_integration", "wall_follower.py", {" & (ranges <= scan.range_max)": ""},
+         lambda file: unread_limit(file, "range_max"), "reads `range_max` of the scan"),
         ("services", "relay.py", {}, asked_by_a_timer, ""),
         ("services", "relay.py", {"if not self.client.service_is_ready()": "self.look()\n        if not self.there",
          "    async def relay": "    def look(self):\n        self.there = self.client.service_is_ready()\n"

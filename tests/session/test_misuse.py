@@ -67,8 +67,12 @@ def session() -> Iterator[Session]:
         (lambda ros: ros.call(AddTwoInts, AddTwoInts), "the name of a service is text"),
         (lambda ros: ros.call("/add", AddTwoInts, {"a": 1, "b": 2}), "ros.call('/add', AddTwoInts, a=1, b=2)"),
         (lambda ros: ros.call("/add", AddTwoInts, 1), "ros.call('/add', AddTwoInts, a=1, b=...)"),
-        (lambda ros: ros.until([]), "this is a list"),
-        (lambda ros: ros.until(True), "leave out the brackets"),
+        (lambda ros: ros.until([]), "this is a list: its value now. To wait for a condition, write `lambda:` before"),
+        (
+            lambda ros: ros.until(True),
+            "this is True, which stays so. To wait for a condition, leave out the brackets after its last name, as in",
+        ),
+        (lambda ros: ros.until(False), "as in `ros.until(future.done)`, or write `lambda:` before it, as in `ros."),
         (lambda ros: ros.until(Future()), "ros.wait(future)"),
         (lambda ros: ros.until(lambda: Future().done), "call it, `done()`"),
         (
