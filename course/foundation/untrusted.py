@@ -61,7 +61,10 @@ class Archive:
             raise
         except Exception as error:  # BadZipFile, struct.error and whatever a crafted directory leads to
             raise BadArchive(_unreadable(error)) from None
-        self.files = [info for info in self._zip.infolist() if not info.is_dir()]
+        entries = self._zip.infolist()
+        if not all(info.filename for info in entries):
+            raise BadArchive("a file in it has no name")
+        self.files = [info for info in entries if not info.is_dir()]
 
     def read(self, info: zipfile.ZipInfo, allowance: Allowance) -> bytes:
         """Return a file's content; raises BadArchive for a link, a password, damage, and more than is allowed."""

@@ -116,6 +116,11 @@ def twice() -> bytes:
         return zipped([("relay.py", b"what one sees"), ("./relay.py", b"what is graded")])
 
 
+def nameless() -> bytes:
+    """A file whose name the table of contents takes for a comment."""
+    return changed(changed(zipped([("relay.py", b"x")]), TABLE, 28, b"\0\0"), TABLE, 32, b"\x08\0")
+
+
 def damaged() -> bytes:
     return changed(zipped([("relay.py", os.urandom(1000))]), LOCAL, 50, b"\xff\xff\xff")
 
@@ -143,6 +148,7 @@ HOSTILE = {
     "a pipe": (lambda: kind(0o010666), "relay.py is not an ordinary file"),
     "a password": (with_password, "relay.py needs a password"),
     "twice": (twice, "relay.py is in the archive twice"),
+    "no name": (nameless, "a file in it has no name"),
     "damage": (damaged, "not a zip archive that can be read"),
     "up": (lambda: zipped([("../../relay.py", "x")]), "the path ../../relay.py leads outside the archive"),
     "up, by backslashes": (lambda: zipped([("..\\..\\relay.py", "x")]), "leads outside the archive"),
