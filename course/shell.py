@@ -27,6 +27,7 @@ FIXED = "COURSE_SESSION"  # the session chosen by --session
 SHELL = "COURSE_SHELL"  # the process id of the shell
 FRONT = "COURSE_FRONT"  # in a terminal of JupyterLab, the file that names the notebook in front
 WAITS = "COURSE_WAITS"  # the folder of the notebook in front, if that has no session
+SAID = "COURSE_SAID"  # what stands above the prompt, until the next command is entered
 WATCHED = "COURSE_WATCHED"  # the content of the two watched files at the last refresh
 USAGE = "Usage: environment/shell [--session NUMBER] [COMMAND...]"
 
@@ -39,6 +40,7 @@ def main(words: list[str]) -> int:
         print(commands)
         if said.getvalue():  # printed by the shell, once it has removed its old prompt
             print(f"printf %s {shlex.quote(said.getvalue())} >&2")
+            print(f"export {SAID}={shlex.quote(said.getvalue())}")
         return 0
     session = ""
     os.environ.pop(FRONT, None)  # belongs to another terminal
@@ -57,8 +59,9 @@ def main(words: list[str]) -> int:
         print(f"environment/shell: {error}", file=sys.stderr)
         return 2
     os.environ.update(variables)
-    if variables[WAITS]:
-        print(_no_session(variables[environment.DOMAIN]), file=sys.stderr)
+    os.environ[SAID] = _no_session(variables[environment.DOMAIN]) if variables[WAITS] else ""
+    if os.environ[SAID]:
+        print(os.environ[SAID], file=sys.stderr)
     if not words:  # closing a terminal must end its programs, even if the server was started by `nohup`
         signal.signal(signal.SIGHUP, signal.SIG_DFL)
     command = words or ["bash", "--rcfile", str(BASHRC), "-i"]
@@ -141,7 +144,9 @@ def exports(folder: Path, shell: int, session: str) -> str:
     else:
         now = variables[environment.DOMAIN]
         if variables[WAITS]:
-            if (variables[WAITS], now) != (waited, before):
+            # Said once while the front goes from notebook to notebook, as when a page is loaded.
+            told = os.environ.get(SAID, "").rstrip("\n").endswith(_no_session(now))
+            if (variables[WAITS], now) != (waited, before) and not told:
                 print(_no_session(now), file=sys.stderr)
         elif now != before or waited:
             record = registry.of_domain(int(now)) if now.isdigit() else None

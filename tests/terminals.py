@@ -26,8 +26,12 @@ class Terminal:
             os.chdir(folder)
             os.execve(SHELL, [str(SHELL), *words], environment | {"TERM": "xterm", "HOME": str(folder)})
         os.set_inheritable(self.descriptor, False)  # another terminal's shell would keep this one from being closed
-        fcntl.ioctl(self.descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 50, WIDTH, 0, 0))
+        self.resize(WIDTH)
         self.text = ""
+
+    def resize(self, width: int) -> None:
+        """Give each line so many characters."""
+        fcntl.ioctl(self.descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 50, width, 0, 0))
 
     def read_until(self, pattern: str | re.Pattern, timeout: float = 30.0, seen: Callable[[str], str] = str) -> str:
         """Return what came since the last look, up to and with the first match of `pattern` in what is `seen` of it."""

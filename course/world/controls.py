@@ -23,6 +23,7 @@ from course.world.rooms import Room
 from course.world.simulation import Simulation
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LAST = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # who joins late is given only the last one
 SPEEDS = (0.1, 4.0)
 
 
@@ -54,8 +55,9 @@ class Controls:
     robot at its start and removes dropped obstacles.  Topics, which RViz's tools publish: `initialpose`
     (geometry_msgs/PoseWithCovarianceStamped) puts the robot somewhere else, `clicked_point`
     (geometry_msgs/PointStamped) drops an obstacle; an impossible place is refused with a warning.  `walls`
-    (visualization_msgs/Marker, a list of lines, kept for late subscribers) has the walls and obstacles, stamped with
-    the time at which the robot was put at its start.
+    (visualization_msgs/Marker, a list of lines, the newest kept for late subscribers) has the walls and obstacles,
+    stamped with the time at which the robot was put at its start; `text` is the name of the room.  Its namespace and
+    number stay the same, so that RViz draws each in the place of the one before.
     """
 
     def __init__(self, node: Node, world: Controlled) -> None:
@@ -80,13 +82,13 @@ class Controls:
         node.create_service(Empty, "~/reset", self._reset)
         node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._place, 10)
         node.create_subscription(PointStamped, "clicked_point", self._drop, 10)
-        self._walls = node.create_publisher(Marker, "walls", LATCHED)
+        self._walls = node.create_publisher(Marker, "walls", LAST)
         self.show_walls()
 
     def show_walls(self) -> None:
         """Publish the walls and obstacles as they are now."""
         room = self._world.simulation.room
-        marker = Marker(ns=room.name, type=Marker.LINE_LIST, action=Marker.ADD)
+        marker = Marker(ns="walls", type=Marker.LINE_LIST, action=Marker.ADD, text=room.name)
         marker.header.stamp, marker.header.frame_id = self._world.began, "odom"
         marker.scale.x, marker.color.a, marker.pose.orientation.w = 0.03, 1.0, 1.0
         marker.points = [Point(x=float(x), y=float(y)) for x, y in room.segments.reshape(-1, 2)]

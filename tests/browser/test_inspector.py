@@ -88,6 +88,17 @@ def check_a_parameter(panel) -> None:
     expect(limit).to_have_value("5")  # what was wrong in another form is not brought along
 
 
+# How much further to the right than it begins each wrapped line of a program goes on, px.
+ROWS = """program => [...program.querySelectorAll('.ros-Code-line')].flatMap(line => {
+  const [begins, rest] = line.childNodes, range = document.createRange();
+  const first = /^ */.exec(line.textContent)[0].length;
+  range.setStart(begins.firstChild ?? line, begins.firstChild ? first : 0);
+  range.setEnd(rest, rest.length);
+  const [row, ...others] = [...range.getClientRects()].filter(({ width }) => width > 0);
+  return others.filter(({ top }) => top > row.top + 4).map(({ left }) => left - row.left);
+})"""
+
+
 def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_runs_and_the_graph_shows_it(lab, page):
     panel = begin(page, lab, "inspected")
     size = page.viewport_size
@@ -137,6 +148,11 @@ def test_a_parameter_is_set_a_service_called_and_a_goal_canceled_while_a_cell_ru
     expect_no_barriers(page, "#ros2-course-inspector", "inspector")
     page.set_viewport_size({"width": 390, "height": 800})
     assert panel.evaluate("panel => panel.scrollWidth <= panel.clientWidth")
+    program = panel.get_by_label("The program", exact=True)
+    wrapped = program.evaluate(ROWS)
+    assert len(wrapped) > 2
+    assert all(further > 0 for further in wrapped), wrapped
+    keep_picture(page, "inspector-program-phone")
     (lab[2] / "inspected/end").touch()
 
 

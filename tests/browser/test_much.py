@@ -194,6 +194,13 @@ def test_a_kernel_killed_under_the_inspector_and_under_the_graph_is_told_and_the
         begin_session(page)
         expect(panel).not_to_contain_text("The kernel has ended")
     expect(graph).to_contain_text("No node runs.")
+    show_panel(page, "Inspector")
+    inspector.get_by_label("What to do").select_option("Publish a message")
+    expect(inspector).to_contain_text("No node has a topic of its own yet, only /parameter_events and /rosout")
+    inspector.get_by_label("What to do").select_option("Set a parameter")
+    run_cell(page, 1, "from rclpy.node import Node\nros.start(Node, 'plain')")
+    first = inspector.get_by_role("combobox", name="Parameter", exact=True)
+    expect(first).to_have_value("use_sim_time")  # and not one that is read-only
 
 
 def test_a_server_that_is_started_again_is_found_within_seconds_and_no_kernel_was_restarted(chromium, tmp_path):

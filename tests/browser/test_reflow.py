@@ -212,7 +212,11 @@ def test_a_panel_that_was_open_on_a_page_as_narrow_as_a_phone_is_no_wider_afterw
     page.goto(address)
     panel.wait_for()
     assert wait_until(lambda: abs(panel.bounding_box()["width"] - width) < 2, 20), (panel.bounding_box(), width)
-    page.set_viewport_size(SIZES["phone"])
+    notebook = page.locator(NOTEBOOK)
+    page.set_viewport_size({"width": 600, "height": 800})  # both have room beside each other
+    expect(page.get_by_role("button", name="Back to the notebook")).to_be_hidden()
+    assert wait_until(lambda: 240 <= notebook.bounding_box()["width"] <= 360, 20), notebook.bounding_box()
+    page.set_viewport_size({"width": 590, "height": 800})
     expect(page.get_by_role("button", name="Back to the notebook")).to_be_visible()
     page.set_viewport_size(WIDE)
     assert wait_until(lambda: abs(panel.bounding_box()["width"] - width) < 2, 20), (panel.bounding_box(), width)

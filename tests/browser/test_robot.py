@@ -409,6 +409,19 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")
 
 
+# How far below the buttons the picture begins in a view beside an open panel, px.
+NARROWEST = """view => {
+  const { scrollTop, style } = view, before = style.width; // what is above the picture stays in sight
+  view.scrollTop = 0;
+  style.width = '190px';
+  const [buttons, picture] = ['.ros-Robot-head button', '.ros-Robot-stage'].map(each => view.querySelector(each));
+  const below = picture.getBoundingClientRect().top - buttons.getBoundingClientRect().bottom;
+  style.width = before;
+  view.scrollTop = scrollTop;
+  return below;
+}"""
+
+
 def check_a_refusal(page, view) -> None:
     """The refusal of a parameter is scrolled to, and goes when another value is set, wherever that is done."""
     size = page.viewport_size
@@ -419,6 +432,7 @@ def check_a_refusal(page, view) -> None:
     expect(refusal).to_have_text(re.compile("^/world rejected the change: noise must be"))
     expect(refusal).to_be_in_viewport(ratio=0.99)
     keep_picture(page, "robot-refused")
+    assert view.evaluate(NARROWEST) >= 0
     run_cell(page, 1, NOISE)
     expect(view.get_by_label("noise")).to_have_value("0.05")
     expect(refusal).to_have_count(0)

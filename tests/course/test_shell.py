@@ -18,10 +18,11 @@ from course import registry
 from course.foundation.waiting import wait_until
 from course.interfaces import InterfaceError, build, kept
 from course.interfaces.builder import Built
+from course.lab.server import replay
 from course.lab.server.prompts import AGAIN, ENDS, waits
 from tests.kernels import Kernel
 from tests.processes import runs
-from tests.terminals import SHELL, Terminal
+from tests.terminals import SHELL, WIDTH, Terminal
 
 ROOT = Path(__file__).parents[2]
 SOLUTION = ROOT / "solutions" / "calculator"
@@ -548,15 +549,23 @@ def test_a_terminal_of_jupyterlab_is_in_the_folder_of_the_notebook_in_front_unti
     def bring(name: str) -> None:
         registry.put_in_front(os.getpid(), "", str(tmp_path / name) if name else "")
 
-    def expect_folder(terminal: Terminal, keys: str, name: str) -> None:
+    def expect_folder(terminal: Terminal, keys: str, name: str) -> str:
         terminal.type(keys)
-        terminal.read_until(rf"\x1b\[1m{name} \(domain \d+\)\x1b\[0m \$ $")
+        return terminal.read_until(rf"\x1b\[1m{name} \(domain \d+\)\x1b\[0m \$ $")
 
     try:
         bring("services")
         terminal = open_terminal(tmp_path, "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
+        assert terminal.read_until(r"services \(").count("no session") == 1
+        for name in (STRANGE, "services"):  # as while a page is loaded
+            bring(name)
+            assert "no session" not in expect_folder(terminal, AGAIN, name)
+        expect_folder(terminal, "true\n", "services")
+        bring(STRANGE)
+        assert "no session" in expect_folder(terminal, AGAIN, STRANGE)
+        bring("services")
         elsewhere = open_terminal(tmp_path / "ros2_ws", "--lab", JUPYTER_SERVER_ROOT=str(tmp_path))
-        expect_folder(terminal, "", "services")
+        expect_folder(terminal, AGAIN, "services")
         expect_folder(elsewhere, "", "~")  # its home
         bring(STRANGE)
         terminal.type("half")
@@ -616,6 +625,15 @@ def test_a_prompt_is_drawn_again_only_where_nothing_was_typed_and_nothing_runs(o
     assert waits(shown)
     terminal.type(AGAIN)
     read(r"\n.*\x1b\[A\r\x1b\[J.*\$ $")  # one line up, and in the place of the first
+    prompt = re.escape(re.search(r"\x1b\[1m[^\x1b]*\x1b\[0m \$ $", "".join(printed))[0])
+    before = len(printed)
+    terminal.resize(10)
+    read(rf"\r{prompt}$")
+    terminal.type(AGAIN)
+    read(rf"\n[^\n]*\r\x1b\[A\x1b\[A\r\x1b\[J\S*{prompt}$")  # it had two lines
+    terminal.resize(WIDTH)
+    read(rf"\x1b\[A\x1b\[K\r{prompt}$")
+    assert re.fullmatch(rf"(\x1b\[\S\w+)*{prompt}", replay.shown("".join(list(printed)[before:])))
     terminal.type("stat() { echo asks > /dev/tty; sleep 0.5; }\n")  # one can type before the prompt is there
     read(r"\rasks\r\n.*\$ $")
     terminal.type(AGAIN)

@@ -435,7 +435,7 @@ def test_a_large_message_of_an_exchange_is_kept_as_it_is_shown():
 
 def test_walls_and_places_that_are_no_numbers_are_left_out():
     listener = object.__new__(RobotListener)
-    marker = Marker(ns="room")
+    marker = Marker(text="room")
     for x in (0.0, 1.0, float("nan"), 2.0, float("inf"), 3.0, 4.0, 5.0):
         marker.points.append(type(marker.pose.position)(x=x, y=1.0))
     listener._fast = None

@@ -124,6 +124,24 @@ def test_a_plot_says_when_nobody_publishes_and_goes_on_when_somebody_does(kernel
     kernel.run("ros.node.destroy_publisher(bench)")
 
 
+def test_what_was_published_before_the_plot_came_is_drawn_where_its_publisher_keeps_it(kernel, page):
+    """Not where another publisher keeps nothing: such a subscription would not hear that one."""
+    kernel.run("ros.stop()\nfrom course.world.node import World\nros.start(World, parameters={'room': 'office'})")
+    page.subscribe("plot", name="/walls", field="points[1].x")
+    assert [value for _, value in points_of(page, 1)] == [9.0]
+    kernel.run(
+        f"""{NODE}
+from geometry_msgs.msg import Point
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from visualization_msgs.msg import Marker
+wheels = ros.start(Wheels).node
+other = wheels.create_publisher(Marker, '/walls', QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+told = wheels.create_timer(0.02, lambda: other.publish(Marker(points=[Point(), Point(x=-3.0)])))"""
+    )
+    while -3.0 not in [value for _, value in points_of(page, 1)]:
+        pass
+
+
 def test_the_slope_of_a_position_is_the_speed_while_a_world_runs_four_times_as_fast(kernel, page):
     """The time is the simulation's: in a pause it stands still, and after the world's end the wall clock goes on."""
     kernel.run(

@@ -642,7 +642,8 @@ def test_numbers_without_measure_that_somebody_publishes_are_drawn_or_left_out(n
 def test_a_place_where_no_room_can_be_is_left_out_and_a_distance_is_bounded(far):
     """The picture could not show it, and a page counts its lines."""
     heard = object.__new__(RobotListener)
-    odometry, marker, scan = Odometry(), Marker(ns="far"), LaserScan(angle_increment=0.1, range_max=abs(min(far, 3e38)))
+    scan = LaserScan(angle_increment=0.1, range_max=abs(min(far, 3e38)))
+    odometry, marker = Odometry(), Marker(text="far")
     odometry.pose.pose.orientation.w = scan.range_min = 1.0
     odometry.pose.pose.position.y = far
     scan.ranges = [scan.range_max]

@@ -649,7 +649,7 @@ def test_at_real_time_ros_controls_it(context):
         for end in (place, drop, drive):
             assert wait_until(end.get_subscription_count, 30.0)
         assert wait_until(lambda: client.service_is_ready() and reset.service_is_ready() and walls, 30.0)
-        assert (walls[0].ns, len(walls[0].points)) == ("hall", 8)
+        assert (walls[0].text, len(walls[0].points)) == ("hall", 8)
 
         put(4.0, 3.0)
         assert wait_until(lambda: node.simulation.pose == (4.0, 3.0, 0.0), 30.0)
@@ -684,7 +684,13 @@ def test_at_real_time_ros_controls_it(context):
         assert call(reset, Empty.Request()) is not None
         assert node.simulation.pose == ROOMS["hall"].start and len(node.simulation.room.segments) == 4
         assert set_all(room="office").successful
-        assert wait_until(lambda: walls[-1].ns == "office", 30.0) and node.simulation.pose == ROOMS["office"].start
+        assert wait_until(lambda: walls[-1].text == "office", 30.0) and node.simulation.pose == ROOMS["office"].start
+        assert len({(each.ns, each.id, each.action) for each in walls}) == 1, "each is drawn in the place of the last"
+        late = []
+        user.create_subscription(Marker, "walls", late.append, LATCHED)
+        assert set_all(room="bends").successful
+        assert wait_until(lambda: late and late[-1].text == "bends", 30.0)
+        assert {each.text for each in late} <= {"office", "bends"}, "a late subscriber is given no earlier room"
 
 
 def test_time_passes_as_fast_as_its_speed_says_and_not_in_a_pause(context):

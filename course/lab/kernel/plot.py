@@ -7,8 +7,9 @@ from collections import deque
 from statistics import median
 from typing import Any
 
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from course.errors import LiveError
 from course.lab.kernel import forms
@@ -31,6 +32,7 @@ NEAR = 0.2  # s by which a page may be wrong about the clock
 FIELDS = 500  # of a type that are offered
 COMMANDS = "/cmd_vel"
 ANY = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)  # compatible with every publisher
+KEPT = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # gets what was published before, too
 NUMBER = re.compile(r"(u?int(8|16|32|64)|float(32|64)|bool|byte|char)\b")
 PART = re.compile(r"([A-Za-z]\w*)((?:\[\d+\])?)")
 
@@ -148,6 +150,12 @@ class Rhythm:
         return gap
 
 
+def _keeps(publisher: TopicEndpointInfo) -> bool:
+    """Return True if a publisher keeps its messages for who comes later."""
+    qos = publisher.qos_profile
+    return (qos.reliability, qos.durability) == (ReliabilityPolicy.RELIABLE, DurabilityPolicy.TRANSIENT_LOCAL)
+
+
 class PlotFeed:
     """A feed of one field of one topic."""
 
@@ -158,6 +166,7 @@ class PlotFeed:
         self._kind = ""
         self._type: type[Any] | None = None
         self._subscription: Subscription | None = None
+        self._qos = ANY  # of the subscription
         self._waiting: deque[tuple[float, float, bytes]] = deque(maxlen=WAITING)
         self._clock: tuple[float, dict[str, Any]] | None = None  # what the page was told, at s of time.monotonic
         self._said: str | None = None
@@ -210,31 +219,36 @@ class PlotFeed:
         live = session()
         if live is not self._live:
             self._subscription, self._live = None, live
-        kind = dict(live.node.get_topic_names_and_types()).get(self._topic, [""])[0] if self._is_heard(live) else ""
+        publishers = self._publishers(live)
+        kind = dict(live.node.get_topic_names_and_types()).get(self._topic, [""])[0] if publishers else ""
+        qos = KEPT if all(map(_keeps, publishers)) else ANY
         heard = self._subscription is not None and self._subscription in live.node.subscriptions
-        if kind != self._kind or (kind and not heard):
+        if kind != self._kind or (kind and (not heard or qos != self._qos)):
             self.close()
             self._kind, self._end = kind, ""
             if kind:
                 self._type = forms.interface("topic", kind).message
                 if not has_number(forms.fields_of(self._type), self._parts):
                     raise LiveError(f"{self._topic} has no number {self._field}: choose a field from the list.")
-                self._subscription = live.node.create_subscription(self._type, self._topic, self._hear, ANY, raw=True)
+                self._qos = qos
+                self._subscription = live.node.create_subscription(self._type, self._topic, self._hear, qos, raw=True)
         if kind:
             return ""
         if live.node.count_publishers(self._topic):
             return f"Only cells or the Inspector publish on {self._topic} now, and the plot draws what nodes publish."
         return f"No node publishes on {self._topic} now."
 
-    def _is_heard(self, live: Session) -> bool:
-        """Return True if a node publishes.
+    def _publishers(self, live: Session) -> list[TopicEndpointInfo]:
+        """Return the publishers of nodes.
 
-        Publishers in cells do not count: a public check waits for a subscriber, and must not take the plot for one.
-        Commands for driving by hand are published in the kernel, too, but count.
+        Those in cells are none: a public check waits for a subscriber, and must not take the plot for one. Commands for
+        driving by hand are published in the kernel, too, but count.
         """
         own = live.node.get_fully_qualified_name()
         publishers = live.node.get_publishers_info_by_topic(self._topic)
-        return any(self._topic == COMMANDS or full(each.node_name, each.node_namespace) != own for each in publishers)
+        return [
+            each for each in publishers if self._topic == COMMANDS or full(each.node_name, each.node_namespace) != own
+        ]
 
     def _hear(self, message: bytes) -> None:
         self._waiting.append((time.monotonic(), CLOCK.now(), message))

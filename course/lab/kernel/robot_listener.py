@@ -336,7 +336,7 @@ class RobotListener:
             return message, "", []
         walls = zip(marker.points[::2], marker.points[1::2], strict=False)
         ends = [(one.x, one.y, other.x, other.y) for one, other in walls]
-        return message, marker.ns, [round(value, 2) for wall in ends if all(map(_is_near, wall)) for value in wall]
+        return message, marker.text, [round(value, 2) for wall in ends if all(map(_is_near, wall)) for value in wall]
 
 
 @dataclass(frozen=True)

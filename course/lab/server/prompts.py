@@ -9,6 +9,7 @@ from jupyter_server.serverapp import ServerApp
 from tornado.ioloop import PeriodicCallback
 
 from course import registry
+from course.lab.server import replay
 
 PERIOD = 500  # ms
 AGAIN = "\x1b[20;5~"  # the key on which the prompt of `course/bashrc` is drawn again
@@ -29,6 +30,7 @@ class Prompts:
         terminals = getattr(self._settings.get("terminal_manager"), "terminals", {})
         if not terminals:
             return
+        replay.watch(terminals)
         if (state := self._state()) != self._seen:
             self._seen, self._due = state, set(terminals)
         for name in self._due & terminals.keys():

@@ -39,3 +39,8 @@ export function columns(shell: ILabShell): SplitPanel | null {
   }
   return split;
 }
+
+/** Return the widths (px) of the three areas, whose shares of `width` are known, at `now`: the main one has the rest. */
+export function widened(shares: number[], width: number, now: number): number[] {
+  return shares.map((share, number) => share * width + (number === 1 ? now - width : 0));
+}

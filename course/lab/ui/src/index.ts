@@ -8,7 +8,7 @@ import { MessageLoop } from '@lumino/messaging';
 
 import { onArrival } from './arrival';
 import { Current } from './current';
-import { columns } from './dock';
+import { columns, widened } from './dock';
 import { ExercisePanel } from './exercise';
 import { figures } from './figures';
 import { GraphPanel, graphIcon, Open } from './graph';
@@ -75,17 +75,20 @@ const panels: JupyterFrontEndPlugin<void> = {
     // On a phone the style sheet gives both other least widths, which JupyterLab is to read; and a panel covers the
     // notebook, so that what JupyterLab stores of their widths is to be what they had before.
     let phone = isPhone();
-    let shares: number[] | null = null;
+    let before: { shares: number[]; width: number } | null = null;
     shell?.layoutModified.connect(() => {
-      shares = isPhone() ? shares : (columns(shell)?.relativeSizes() ?? null);
+      const split = columns(shell);
+      before = isPhone() ? before : split && { shares: split.relativeSizes(), width: split.node.clientWidth };
     });
     window.addEventListener('resize', () => {
       if (phone || isPhone()) {
         [tracker.currentWidget?.parent, nodes.parent].forEach(each => each?.fit());
       }
-      if (phone !== isPhone() && shares && shell) {
+      const split = shell && columns(shell);
+      if (phone !== isPhone() && before && split) {
         MessageLoop.flush(); // the least widths are read now
-        columns(shell)?.setRelativeSizes(shares);
+        const now = isPhone() ? before.width : split.node.clientWidth; // on a phone nothing is seen of them
+        split.setRelativeSizes(widened(before.shares, before.width, now));
       }
       phone = isPhone();
     });

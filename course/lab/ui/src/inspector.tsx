@@ -10,6 +10,7 @@ import { Field, FormFields, Given, initial } from './form';
 import { Link } from './link';
 import { clock } from './log';
 import { breakable, FirstCell, instead, SidePanel, useCurrent, useTopic } from './panel';
+import { hangs } from './wrapping';
 
 export const inspectorIcon = new LabIcon({
   name: 'ros2-course:inspector',
@@ -34,7 +35,8 @@ const KINDS: { [kind in Kind]: { what: string; of: string; send: string } } = {
 const NOTHING: { [kind in Kind]: string } = {
   service: 'No node offers a service of its own.',
   action: 'No node offers an action.',
-  topic: 'There is no topic. Run a cell that starts a node: the topics on which it publishes or listens are listed here.',
+  topic:
+    'No node has a topic of its own yet, only /parameter_events and /rosout, which all nodes have. Run a cell that starts a node: the topics on which it publishes or listens are listed here.',
   parameter: 'No node runs.'
 };
 const PAUSE = 250; // ms without typing until the form is read
@@ -361,7 +363,8 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
 
   const settable = kind === 'parameter' ? (fields ?? []).filter(field => !field.fixed) : [];
   const unsettable = kind === 'parameter' ? (fields ?? []).filter(field => field.fixed) : [];
-  const one = settable.find(field => field.name === parameter) ?? settable[0];
+  const one =
+    settable.find(field => field.name === parameter) ?? settable.find(field => !field.read_only) ?? settable[0];
   const shown = kind === 'parameter' ? (one ? [one] : []) : (fields ?? []);
   const show = (parameter: string) => {
     setParameter(parameter);
@@ -536,12 +539,23 @@ function Sending({ memory, link, kind, name, type, away, repeats }: About): JSX.
   );
 }
 
+/** Return a line of a program; where it is wrapped it goes on further to the right than it begins. */
+function line(text: string, number: number): JSX.Element {
+  const begins = /^ *\S?/.exec(text)![0]; // a long word is not to begin a row of its own
+  return (
+    <span key={number} className="ros-Code-line" style={{ '--ros-hangs': `${hangs(text, 4)}ch` } as React.CSSProperties}>
+      <span className="ros-Code-begins">{begins}</span>
+      {`${text.slice(begins.length)}\n`}
+    </span>
+  );
+}
+
 function Code({ text, what, waiting, wrap }: { text: string; what: string; waiting: string; wrap?: boolean }): JSX.Element {
   const [copied, setCopied] = React.useState('');
   return (
     <div className="ros-Code">
       <pre tabIndex={0} role="group" aria-label={what} className={wrap || !text ? 'ros-mod-wrap' : ''}>
-        {text || waiting}
+        {text && !wrap ? text.replace(/\n$/, '').split('\n').map(line) : text || waiting}
       </pre>
       <button
         disabled={!text}

@@ -12,7 +12,7 @@ import { SidePanel } from './panel';
 /** On a page narrower than this, in CSS px, notebook and view are in one tab area. */
 export const NARROW = 760;
 /** On a page narrower than this, in CSS px, a side panel covers notebook and view. */
-const PHONE = 520;
+const PHONE = 600;
 
 // px beside each other, where the page has room for both, and in any case
 const TEXT = { ample: 820, usual: 700, least: 560 };

@@ -9,7 +9,7 @@ const FURTHER = 4; // columns
 const MOST = 24; // columns that a line's own indentation counts: a narrow cell needs the rest
 
 /** Return the columns that wrapped parts of a line are indented by. */
-function hangs(text: string, tab: number): number {
+export function hangs(text: string, tab: number): number {
   const blank = /^[ \t]*/.exec(text)![0];
   return Math.min(MOST, [...blank].reduce((columns, each) => columns + (each === '\t' ? tab : 1), 0)) + FURTHER;
 }

@@ -160,6 +160,16 @@
     overflow-wrap: anywhere;
     white-space: pre-wrap;
   }
+
+  .ros-Code-line {
+    display: block;
+    padding-left: var(--ros-hangs);
+    text-indent: calc(-1 * var(--ros-hangs));
+  }
+
+  .ros-Code-begins {
+    white-space: pre;
+  }
 }
 
 .ros-Form-limit {
@@ -399,6 +409,7 @@
    of the kernel's name, and what the Run and Kernel menus have. */
 .jp-NotebookPanel-toolbar {
   container: ros-toolbar / inline-size;
+  overflow-y: clip; /* until JupyterLab has moved an item that has no room, it lies below, on the first cell */
 }
 
 @container ros-toolbar (max-width: 555px) {
@@ -459,7 +470,7 @@
   margin-bottom: 6px;
 }
 
-@media (min-width: 520px) {
+@media (min-width: 600px) {
   .ros-Panel-back {
     display: none;
   }
@@ -485,7 +496,7 @@
   display: none;
 }
 
-@media (max-width: 519px) {
+@media (max-width: 599px) {
   body {
     --jp-sidebar-min-width: 0px;
   }
@@ -1085,8 +1096,11 @@ body[data-jp-theme-light='false'] img.ros-figure {
 
 .ros-Robot-zoom {
   display: flex;
+  flex-wrap: wrap;
   float: right;
   gap: 4px;
+  justify-content: end;
+  max-width: 100%;
 }
 
 .ros-Panel .ros-Robot-zoom button {
@@ -1176,6 +1190,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 }
 
 .ros-Robot-head {
+  flex: none; /* it is as high as its two lines in a narrow view */
   min-height: 28px;
   background: var(--jp-layout-color1);
   flex-wrap: wrap;
