@@ -142,8 +142,9 @@ def _radians_with_degrees(nodes: list[ast.AST]) -> Iterator[tuple[int, str]]:
             sides = [node.left, *node.comparators]
             seen = [side for side in sides if _is_angle(side, angles, function)]
             others = [side for side in sides if side not in seen]
-            plain = all(isinstance(each.operand if isinstance(each, ast.UnaryOp) else each, ast.Constant)
-                        for each in others)  # fmt: skip
+            plain = all(
+                isinstance(each.operand if isinstance(each, ast.UnaryOp) else each, ast.Constant) for each in others
+            )
             shifted = [each for each in seen if "angle_increment" not in ast.unparse(each)]  # such as `angles - 180`
             if len(seen) == 1 and plain and any(map(_has_degrees, (*others, *shifted))):
                 yield node.lineno, f"`{ast.unparse(node)}` {IN_RADIANS}"
@@ -169,8 +170,13 @@ def _is_angle(value: ast.expr, angles: set[str], function: ast.AST) -> bool:
     found = any(isinstance(node, ast.Attribute) and node.attr == "angle_increment" for node in seen)
     found = found or any(isinstance(node, ast.Name) and node.id in angles for node in seen)
     called = {name_of(node.func) for node in nodes if isinstance(node, ast.Call)}
-    products = [node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, SCALES)
-                and not {"pi", "tau"} & {*map(name_of, walk(node))}]  # fmt: skip
+    products = [
+        node
+        for node in nodes
+        if isinstance(node, ast.BinOp)
+        and isinstance(node.op, SCALES)
+        and not {"pi", "tau"} & {*map(name_of, walk(node))}
+    ]
     scaled = not all(_of_a_beam(node, function) for node in products)
     other = any(isinstance(node, (ast.Compare, ast.Subscript, ast.Lambda)) for node in nodes)
     return found and called <= KEEPS_RADIANS and not scaled and not other

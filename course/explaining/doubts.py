@@ -123,15 +123,20 @@ def _default(tree: ast.Module, line: int, name: str) -> ast.expr | None:
     """Return the default of the argument `name` of the function around a line, if no call gives one; else None."""
     for function in (each for each in functions(tree) if covers(each, line)):
         given = [*function.args.args, *function.args.kwonlyargs]
-        values = [*[None] * (len(function.args.args) - len(function.args.defaults)), *function.args.defaults,
-                  *function.args.kw_defaults]  # fmt: skip
+        values = [
+            *[None] * (len(function.args.args) - len(function.args.defaults)),
+            *function.args.defaults,
+            *function.args.kw_defaults,
+        ]
         here = list(calls(tree, function.name))
         most = max((len(call.args) for call in here), default=0) + 1  # with `self`
         if any(each.arg in (name, None) for call in here for each in call.keywords):
             return None
         for place, (each, value) in enumerate(zip(given, values, strict=True)):
-            stored = any(isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
-                         for node in walk(function))  # fmt: skip
+            stored = any(
+                isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+                for node in walk(function)
+            )
             if each.arg == name and place >= most and not stored:
                 return value
     return None
@@ -162,8 +167,11 @@ def _ends_elsewhere(tree: ast.Module, function: Function) -> bool:
 def never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield the calls of a lock's `acquire()` after which a way through the function never releases it."""
     made = {each: node.value for node in walk(tree) if isinstance(node, ast.Assign) for each in node.targets}
-    locks = {ast.unparse(each) for each, value in made.items()
-             if isinstance(value, ast.Call) and name_of(value.func) in LOCKS}  # fmt: skip
+    locks = {
+        ast.unparse(each)
+        for each, value in made.items()
+        if isinstance(value, ast.Call) and name_of(value.func) in LOCKS
+    }
     for function in functions(tree):
         above = _above(function)
         for call in (each for each in calls(function, "acquire") if not each.args and not each.keywords):
@@ -173,8 +181,14 @@ def never_released(tree: ast.Module) -> Iterator[tuple[int, str]]:
             statement = above[call][0]
             if lock not in locks or len(own) < len(releases) or not isinstance(statement, ast.Expr):
                 continue
-            if leaves := next((each for each in inside(function) if isinstance(each, (ast.Return, ast.Break))
-                               and _keeps_it(each, statement, own, above)), None):  # fmt: skip
+            if leaves := next(
+                (
+                    each
+                    for each in inside(function)
+                    if isinstance(each, (ast.Return, ast.Break)) and _keeps_it(each, statement, own, above)
+                ),
+                None,
+            ):
                 yield (
                     call.lineno,
                     (

@@ -109,8 +109,11 @@ def _message(given: ast.expr, source: str, code: str) -> str:
         for call in calls(tree, maker) if isinstance(given, ast.Name) else ():
             for function in named(tree, {name_of(argument(call, *CALLBACKS[maker]))}):
                 names = [each.arg for each in function.args.args if each.arg != "self"]
-                stored = [node for node in walk(function) if isinstance(node, ast.Name) and node.id in names[place:]
-                          and isinstance(node.ctx, ast.Store)]  # fmt: skip
+                stored = [
+                    node
+                    for node in walk(function)
+                    if isinstance(node, ast.Name) and node.id in names[place:] and isinstance(node.ctx, ast.Store)
+                ]
                 if names[place:][:1] != [ast.unparse(given)] or stored or not _has_line(function, source, code):
                     continue
                 whole = f"`{names[place]}` is the whole {'request' if part else 'message'}"
@@ -126,11 +129,15 @@ def _dict(given: ast.expr, source: str, code: str) -> str:
     values: list[ast.expr] = [given] if isinstance(given, ast.Call) else []
     if isinstance(given, ast.Name):
         around = [each for each in functions(parse(source)) if _has_line(each, source, code)]
-        values = [value for line, value in assigned(given, source)
-                  if not around or any(each.lineno <= line <= (each.end_lineno or 0) for each in around)]  # fmt: skip
+        values = [
+            value
+            for line, value in assigned(given, source)
+            if not around or any(each.lineno <= line <= (each.end_lineno or 0) for each in around)
+        ]
     dicts = [_dict_of(value, source) for value in values]
-    if not dicts or not all(dicts) or not (keys := [each.value for each in dicts[0].keys  # type: ignore[union-attr]
-                                                    if isinstance(each, ast.Constant)]):  # fmt: skip
+    first = dicts[0] if dicts and all(dicts) else None
+    keys = [each.value for each in first.keys if isinstance(each, ast.Constant)] if first else []
+    if not keys:
         return ""
     text = ast.unparse(given)
     return f"`{text}` is a dict: write one of its values, {' or '.join(f'`{text}[{key!r}]`' for key in keys)}."

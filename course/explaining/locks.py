@@ -22,8 +22,11 @@ def locked(frames: Sequence[Frame], source: str, *, alone: bool) -> list[str]:
         return []
     lock, tree = found[1] or found[2], parse(source)
     blocks = [node for node in walk(tree) if isinstance(node, ast.With) and lock in map(_text, node.items)]
-    kinds = {name_of(node.value.func) for node in walk(tree) if isinstance(node, ast.Assign)
-             and isinstance(node.value, ast.Call) and lock in map(ast.unparse, node.targets)}  # fmt: skip
+    kinds = {
+        name_of(node.value.func)
+        for node in walk(tree)
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and lock in map(ast.unparse, node.targets)
+    }
     for frame in frames[:-1]:
         for block in blocks if kinds == {"Lock"} else ():
             if any(covers(each, frame.line) for each in block.body):

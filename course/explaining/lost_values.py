@@ -70,13 +70,20 @@ def _uses(statement: ast.stmt, name: str) -> bool:
 
 def _gathered_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield an integral that a callback begins at a number each time: `integral = 0.0`, `integral += error * step`."""
-    made = (argument(call, *CALLBACKS[maker]) for maker in ("create_subscription", "create_timer")
-            for call in calls(tree, maker))  # fmt: skip
+    made = (
+        argument(call, *CALLBACKS[maker])
+        for maker in ("create_subscription", "create_timer")
+        for call in calls(tree, maker)
+    )
     for function in named(tree, {*map(name_of, made)} - {""}):
         nodes = [*inside(function)]
         loops = [each for node in nodes if isinstance(node, (ast.For, ast.While)) for each in walk(node)]
-        kept = [node for node in nodes if isinstance(node, ast.Assign)
-                and any(isinstance(each, (ast.Attribute, ast.Subscript)) for each in node.targets)]  # fmt: skip
+        kept = [
+            node
+            for node in nodes
+            if isinstance(node, ast.Assign)
+            and any(isinstance(each, (ast.Attribute, ast.Subscript)) for each in node.targets)
+        ]
         for node in (each for each in function.body if isinstance(each, ast.Assign)):
             name = node.targets[0].id if isinstance(node.targets[0], ast.Name) else ""
             adds = [each for each in nodes if isinstance(each, ast.AugAssign) and name_of(each.target) == name]
@@ -115,10 +122,15 @@ def _differences_of_one_value(tree: ast.Module, skipped: int) -> Iterator[tuple[
                             )
                 gone = _stores(statement)
                 called = not isinstance(statement, SIMPLE) or any(map(_of_self, walk(statement)))
-                same = {} if called else {
-                    each: (value, line) for each, (value, line) in same.items()
-                    if each not in gone and value not in gone and value.partition(".")[0] not in gone
-                }  # fmt: skip
+                same = (
+                    {}
+                    if called
+                    else {
+                        each: (value, line)
+                        for each, (value, line) in same.items()
+                        if each not in gone and value not in gone and value.partition(".")[0] not in gone
+                    }
+                )
                 if isinstance(statement, ast.Assign) and isinstance(statement.value, (ast.Name, ast.Attribute)):
                     target = statement.targets[0]
                     if isinstance(target, ast.Attribute) and name_of(target.value) == "self":

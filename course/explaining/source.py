@@ -204,8 +204,13 @@ def without_global(tree: ast.Module) -> Iterator[tuple[ast.FunctionDef | ast.Asy
     Another function reads the latter.  Yields the function, the name where it is set first, the line that sets the
     variable of the whole text, and True if the function also reads its own.
     """
-    made = {each.id: statement.lineno for statement in tree.body if isinstance(statement, ast.Assign)
-            for each in statement.targets if isinstance(each, ast.Name)}  # fmt: skip
+    made = {
+        each.id: statement.lineno
+        for statement in tree.body
+        if isinstance(statement, ast.Assign)
+        for each in statement.targets
+        if isinstance(each, ast.Name)
+    }
     names = {function: [node for node in walk(function) if isinstance(node, ast.Name)] for function in functions(tree)}
     stored = {
         function: {node.id for node in used if not isinstance(node.ctx, ast.Load)} for function, used in names.items()
@@ -410,8 +415,13 @@ def _one_group(tree: ast.AST) -> bool:
 def _is_exclusive(tree: ast.AST, group: str) -> bool:
     """Return True for the text of an exclusive callback group, or of none, which is the node's default one."""
     name = group.lstrip("*")
-    made = [ast.unparse(node.value) for node in walk(tree) if isinstance(node, ast.Assign)
-            for target in node.targets if ast.unparse(target) == name]  # fmt: skip
+    made = [
+        ast.unparse(node.value)
+        for node in walk(tree)
+        if isinstance(node, ast.Assign)
+        for target in node.targets
+        if ast.unparse(target) == name
+    ]
     return not name or (bool(made) and all("MutuallyExclusiveCallbackGroup(" in each for each in made))
 
 
@@ -731,8 +741,11 @@ def _is_no_response(value: ast.expr) -> bool:
 
 def _holds_no_response(function: ast.AST, name: str) -> bool:
     """Return True if nothing that a function assigns to a name is a response."""
-    stored = [node for node in walk(function) if isinstance(node, ast.Name) and node.id == name
-              and isinstance(node.ctx, ast.Store)]  # fmt: skip
+    stored = [
+        node
+        for node in walk(function)
+        if isinstance(node, ast.Name) and node.id == name and isinstance(node.ctx, ast.Store)
+    ]
     given = [node.value for node in _assigned(function, name)]
     plain = all(_is_no_response(value) and not isinstance(value, ast.Attribute) for value in given)
     return bool(given) and len(given) == len(stored) and plain
@@ -792,12 +805,19 @@ def _acting_and_checking(source: str, maker: str) -> tuple[list[tuple[str, int]]
     """Return the callbacks given to `maker` that return nothing, and those that return a result, with their lines."""
     tree = parse(source)
     given = [(name_of(argument(call, *CALLBACKS[maker])), call.lineno) for call in calls(tree, maker)]
-    answers = {each.name: [node.value for node in inside(each) if isinstance(node, ast.Return) and node.value]
-               for each in named(tree, {name for name, _ in given})}  # fmt: skip
+    answers = {
+        each.name: [node.value for node in inside(each) if isinstance(node, ast.Return) and node.value]
+        for each in named(tree, {name for name, _ in given})
+    }
     acts = [each for each in given if answers.get(each[0]) == []]
-    checks = [each for each in given if any(
-        isinstance(value, ast.Call) and name_of(value.func) == "SetParametersResult"
-        for value in answers.get(each[0], ()))]  # fmt: skip
+    checks = [
+        each
+        for each in given
+        if any(
+            isinstance(value, ast.Call) and name_of(value.func) == "SetParametersResult"
+            for value in answers.get(each[0], ())
+        )
+    ]
     return acts, checks
 
 
@@ -894,8 +914,13 @@ def never_begins(source: str) -> tuple[str, int] | None:
         each.value for node in walk(tree) if isinstance(node, ast.Call) for each in node.keywords if each.arg == name
     ]
     bare = {id(node.value) for node in bare_statements(tree)} | {id(each.body) for each in _named_alone(given)}
-    begins = any(isinstance(node, ast.Attribute) and node.attr == "execute" and name_of(node.value) != "self"
-                 and id(node) not in bare for node in walk(tree))  # fmt: skip
+    begins = any(
+        isinstance(node, ast.Attribute)
+        and node.attr == "execute"
+        and name_of(node.value) != "self"
+        and id(node) not in bare
+        for node in walk(tree)
+    )
     for each in given if not begins else ():
         if isinstance(each, ast.Lambda) and (each in _named_alone(given) or not _keeps(each)):
             return ast.unparse(each), each.lineno
@@ -939,8 +964,12 @@ def empty_executor(source: str) -> tuple[str, int] | None:
         if name_of(node.value.func) in ("MultiThreadedExecutor", "SingleThreadedExecutor")
         for target in node.targets
     }
-    handed = {ast.unparse(each) for node in walk(tree) if isinstance(node, ast.Call)
-              for each in (*node.args, *(keyword.value for keyword in node.keywords))}  # fmt: skip
+    handed = {
+        ast.unparse(each)
+        for node in walk(tree)
+        if isinstance(node, ast.Call)
+        for each in (*node.args, *(keyword.value for keyword in node.keywords))
+    }
     for call in calls(tree, "spin"):
         if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) in made - handed:
             return ast.unparse(call), call.lineno

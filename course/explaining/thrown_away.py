@@ -7,8 +7,27 @@ from course.explaining.source import Function, calls, functions, inside, name_of
 from course.foundation.syntax import walk
 
 PURE = {"abs", "bool", "isinstance", "len", "max", "min", "repr", "round", "sorted", "str", "sum"}  # without any effect
-OF_NUMPY = {"abs", "absolute", "arange", "array", "clip", "concatenate", "deg2rad", "degrees", "isfinite", "isinf",
-            "isnan", "max", "maximum", "min", "minimum", "mod", "rad2deg", "radians", "where"}  # fmt: skip
+OF_NUMPY = {
+    "abs",
+    "absolute",
+    "arange",
+    "array",
+    "clip",
+    "concatenate",
+    "deg2rad",
+    "degrees",
+    "isfinite",
+    "isinf",
+    "isnan",
+    "max",
+    "maximum",
+    "min",
+    "minimum",
+    "mod",
+    "rad2deg",
+    "radians",
+    "where",
+}
 READS = {
     "endswith",
     "get_clock",
@@ -25,8 +44,18 @@ IN_PLACE = {"append", "clear", "extend", "insert", "remove", "reverse", "sort"} 
 EXPECTS = {"raises", "suppress"}  # of a `with` block in which a line may only be tried
 ENDINGS = {"BaseException", "ExternalShutdownException", "KeyboardInterrupt", "SystemExit"}  # how a program is stopped
 EFFECTS = (ast.Await, ast.Lambda, ast.NamedExpr, ast.Starred, ast.Yield, ast.YieldFrom)
-COMPUTED = (ast.BinOp, ast.BoolOp, ast.Call, ast.Dict, ast.IfExp, ast.JoinedStr, ast.List, ast.Set, ast.Tuple,
-            ast.UnaryOp)  # fmt: skip
+COMPUTED = (
+    ast.BinOp,
+    ast.BoolOp,
+    ast.Call,
+    ast.Dict,
+    ast.IfExp,
+    ast.JoinedStr,
+    ast.List,
+    ast.Set,
+    ast.Tuple,
+    ast.UnaryOp,
+)
 LONG = 60  # characters of an expression that are shown
 
 
@@ -156,8 +185,14 @@ def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]
     for node in (each for each in inside(function) if isinstance(each, ast.Expr)):
         value = node.value
         each_call = value.elts if isinstance(value, ast.Tuple) else [value]
-        given = [each.args[0] for each in each_call if isinstance(each, ast.Call) and name_of(each.func) in CONVERTS
-                 and len(each.args) == 1 and isinstance(each.args[0], ast.Name)]  # fmt: skip
+        given = [
+            each.args[0]
+            for each in each_call
+            if isinstance(each, ast.Call)
+            and name_of(each.func) in CONVERTS
+            and len(each.args) == 1
+            and isinstance(each.args[0], ast.Name)
+        ]
         if not given or len(given) < len(each_call):
             continue
         others = [each for each in walk(tree) if name_of(each) in OTHER_NUMBERS]
@@ -166,8 +201,11 @@ def _converted(tree: ast.Module, function: Function) -> Iterator[tuple[int, str]
         for call in (*calls(tree, "Request"), *calls(tree, "Goal")):
             sent |= {name_of(each.value) for each in call.keywords}
         names = [ast.unparse(each) for each in given]
-        later = {each.id for each in inside(function) if isinstance(each, ast.Name) and each.lineno >= node.lineno
-                 and isinstance(each.ctx, ast.Store)}  # fmt: skip
+        later = {
+            each.id
+            for each in inside(function)
+            if isinstance(each, ast.Name) and each.lineno >= node.lineno and isinstance(each.ctx, ast.Store)
+        }
         if len(others) == len(given) and sent.issuperset(names) and not later.intersection(names):
             text = ", ".join(map(ast.unparse, each_call))
             how = f"{', '.join(names)} = {text}"

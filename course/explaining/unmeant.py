@@ -165,9 +165,11 @@ def _cancels_in_vain(tree: ast.Module) -> Iterator[tuple[int, str]]:
     for function in named(tree, names):
         for node in (each for each in inside(function) if isinstance(each, ast.If)):
             asked, ends = node.test, node.body[-1]
-            if isinstance(asked, ast.Attribute) and asked.attr == "is_cancel_requested" and isinstance(
-                ends, (ast.Break, ast.Return)
-            ):  # fmt: skip
+            if (
+                isinstance(asked, ast.Attribute)
+                and asked.attr == "is_cancel_requested"
+                and isinstance(ends, (ast.Break, ast.Return))
+            ):
                 yield (
                     ends.lineno,
                     (
@@ -214,8 +216,13 @@ def _new_locks(tree: ast.Module) -> Iterator[tuple[int, str]]:
     for cls in (node for node in walk(tree) if isinstance(node, ast.ClassDef)):
         for function in (each for each in functions_of(cls) if each.name != "__init__"):
             nodes = [*walk(function)]
-            used = {node.func.value for node in nodes if isinstance(node, ast.Call)
-                    and isinstance(node.func, ast.Attribute) and node.func.attr in ("acquire", "release")}  # fmt: skip
+            used = {
+                node.func.value
+                for node in nodes
+                if isinstance(node, ast.Call)
+                and isinstance(node.func, ast.Attribute)
+                and node.func.attr in ("acquire", "release")
+            }
             used |= {node.context_expr for node in nodes if isinstance(node, ast.withitem)}
             for node in nodes:
                 target = node.targets[0] if isinstance(node, ast.Assign) and len(node.targets) == 1 else None

@@ -94,8 +94,11 @@ def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, s
     if begins is None or "setattr" in map(name_of, nodes):
         return
     stored = [node for node in nodes if isinstance(node, ast.Attribute) and not isinstance(node.ctx, ast.Load)]
-    first = {name_of(target): statement.value.value for statement, target in _assigned(begins.body)
-             if _is_of_self(target) and isinstance(statement.value, ast.Constant)}  # fmt: skip
+    first = {
+        name_of(target): statement.value.value
+        for statement, target in _assigned(begins.body)
+        if _is_of_self(target) and isinstance(statement.value, ast.Constant)
+    }
     for function in functions_of(cls):
         given = [each.arg for each in function.args.args[1:]]
         own = [node for node in walk(function) if isinstance(node, ast.Attribute) and _is_of_self(node)]
@@ -104,8 +107,11 @@ def _never_set(cls: ast.ClassDef, nodes: list[ast.AST]) -> Iterator[tuple[int, s
                 name, value = target.id if isinstance(target, ast.Name) else "", first.get(name_of(target))
                 of_the_call = isinstance(statement.value, ast.Attribute) and name_of(statement.value.value) in given
                 once = sum(node.attr == name for node in stored) == 1 and name not in map(name_of, own)
-                read = any(isinstance(node, ast.Attribute) and node.attr == name and _is_of_self(node)
-                           for node in walk(cls) if node not in stored)  # fmt: skip
+                read = any(
+                    isinstance(node, ast.Attribute) and node.attr == name and _is_of_self(node)
+                    for node in walk(cls)
+                    if node not in stored
+                )
                 stays = name in first and (value is None or (isinstance(value, bool) and of_the_call))
                 if stays and once and read and _uses(function, name):
                     text = f"`{name}` is a variable of '{function.name}' alone, and nothing sets `self.{name}`, which"

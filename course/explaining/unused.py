@@ -145,8 +145,11 @@ def _reads_parameters(method: Function, given: str) -> bool:
     """Return True if a method reads name and value of each of what it is given."""
     for loop in (node for node in inside(method) if isinstance(node, ast.For)):
         if ast.unparse(loop.iter) == given and isinstance(loop.target, ast.Name):
-            read = {each.attr for each in walk(loop) if isinstance(each, ast.Attribute)
-                    and name_of(each.value) == loop.target.id}  # fmt: skip
+            read = {
+                each.attr
+                for each in walk(loop)
+                if isinstance(each, ast.Attribute) and name_of(each.value) == loop.target.id
+            }
             return {"name", "value"} <= read
     return False
 

@@ -44,8 +44,11 @@ def _says(text: str) -> Hint:
 
 def _brackets(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on brackets after a lock, a message or an array: `with self.cabin():`."""
-    names = [name for name in dict.fromkeys(map(ast.unparse, called(code)))
-             if "(" not in name and not hasattr(builtins, name)]  # fmt: skip
+    names = [
+        name
+        for name in dict.fromkeys(map(ast.unparse, called(code)))
+        if "(" not in name and not hasattr(builtins, name)
+    ]
     if found[1].endswith(("ock", "Condition")):
         names = [name for name in names if f"with {name}()" in code]
         return f"`{names[0]}` is a lock already: leave out the brackets, `with {names[0]}:`." if names else ""
@@ -379,8 +382,9 @@ def _first_the_node(found: re.Match[str], source: str, code: str) -> str:
 def _no_base(found: re.Match[str], source: str, code: str) -> str:
     """Return the hint on a class that is meant to be a node, and names no base."""
     for cls in (node for node in walk(parse(source)) if isinstance(node, ast.ClassDef) and not node.bases):
-        if any(covers(cls, call.lineno) and "super().__init__(" in ast.unparse(call)
-               for call in calls(cls, "__init__")):  # fmt: skip
+        if any(
+            covers(cls, call.lineno) and "super().__init__(" in ast.unparse(call) for call in calls(cls, "__init__")
+        ):
             return f"The class {cls.name} has no base class, so it is not a node: write `class {cls.name}(Node):`."
     return ""
 
