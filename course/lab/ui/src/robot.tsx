@@ -135,13 +135,19 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
     setFailed('');
     setSaid('');
   };
+  /** Return what shows the outcome of a request that is sent now: nothing, if the world has ended meanwhile. */
+  const outcome = (show: (text: string) => void) => {
+    const asked = state.world;
+    return (text: string) => void ((!asked || asked === state.world) && show(text));
+  };
   /** Send a request to the kernel, and show the outcome. */
   const ask = async (method: string, params: object, done: string) => {
+    const show = outcome(setSaid);
     try {
       await link!.request(method, params);
-      setSaid(done);
+      show(done);
     } catch (error) {
-      setSaid((error as Error).message);
+      show((error as Error).message);
     }
   };
   const message = instead(current, link);
@@ -177,12 +183,13 @@ function Robot({ current, memory }: { current: Current; memory: Memory }): JSX.E
   const pause = () => void (world && set({ paused: !paused }, paused ? 'The world goes on.' : 'Paused.'));
   const reset = () => void ask('robot.reset', {}, 'The robot is back at its start, and the obstacles are gone.');
   const drop = async (x: number, y: number) => {
+    const [show, refuse] = [outcome(setSaid), outcome(dropping ? setRefused : setSaid)]; // the latter by a key
     try {
       await link!.request('robot.drop', { x, y });
       setDropping(false);
-      setSaid(DROPPED);
+      show(DROPPED);
     } catch (error) {
-      dropping ? setRefused(`${(error as Error).message} `) : setSaid((error as Error).message); // by a key
+      refuse(dropping ? `${(error as Error).message} ` : (error as Error).message);
     }
   };
   const place = (east: number, north: number, heading: number) => {
