@@ -339,6 +339,15 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "ActionClient(Fibonacci, 'fibonacci', ros.node)",
             "The arguments of `ActionClient` are in the wrong order: write `ActionClient(ros.node, TheType, '/name')`.",
         ),
+        *(
+            (
+                "AttributeError: type object 'Fibonacci' has no attribute 'default_callback_group'",
+                f"{maker}(Fibonacci, {first}, 'fibonacci'{last})",
+                f"{maker}(Fibonacci, {first}, 'fibonacci'{last})",
+                f"The arguments of `{maker}` are in the wrong order: write `{maker}({first}, TheType, '/name'{last})`.",
+            )
+            for maker, first, last in (("ActionClient", "ros.node", ""), ("ActionServer", "self", ", self.execute"))
+        ),
         (
             "TypeError: Fibonacci.__init__() got an unexpected keyword argument 'order'",
             FIBONACCI,
