@@ -359,11 +359,7 @@ def _method_indexed(found: re.Match[str], source: str, code: str) -> str:
 
 
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
-    if words := unparsed(found.string):
-        return words
-    if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
-        return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
-    return "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
+    return unparsed(found.string) or "The default of a parameter fixes its type: 1.0 makes a double, 1 an integer."
 
 
 def _name_of_a_check(found: re.Match[str], source: str, code: str) -> str:
