@@ -561,6 +561,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "Did you mean `is_cancel_requested`?",
         ),
         ("AttributeError: 'ClientGoalHandle' object has no attribute 'cancel'", "", "", "`cancel_goal_async`?"),
+        ("AttributeError: 'ClientGoalHandle' object has no attribute 'canceled'", "", "", "`cancel_goal_async`?"),
         (
             "AttributeError: 'ClientGoalHandle' object has no attribute 'result'",
             "print(ros.wait(future).result.sequence)",
