@@ -39,6 +39,8 @@ MAKERS = {
     "ActionClient": (2, "ActionClient(self, TheType, '/name')"),
 }
 
+NO_NODE = "type object '{}' has no attribute 'default_callback_group'"  # a type in the place of the node
+
 
 def order_of_arguments(found: re.Match[str], source: str) -> str:
     """Return the hint on a call with a type in quotation marks, a misplaced name, or a wrong last argument."""
@@ -49,10 +51,11 @@ def order_of_arguments(found: re.Match[str], source: str) -> str:
                 return exchanged
             names = [at for at, each in enumerate(call.args) if isinstance(getattr(each, "value", None), str)]
             if place - 1 in names and place in names:
-                kind = ast.unparse(call.args[place - 1])
-                return f"The type is not a text: write it without quotation marks, `{kind[1:-1]}`, and import it."
+                text = ast.unparse(call.args[place - 1])
+                return f"The type is not a text: write it without quotation marks, `{text[1:-1]}`, and import it."
             last = call.args[-1] if len(call.args) == 4 and maker == "create_subscription" else None
-            if (names and names[0] != place) or isinstance(last, ast.Attribute):
+            no_node = call.args and NO_NODE.format(name_of(call.args[0])) in found.string
+            if no_node or (names and names[0] != place) or isinstance(last, ast.Attribute):
                 in_a_cell = "ros.node" in map(ast.unparse, call.args)
                 right = usual.replace("(self,", "(ros.node,") if in_a_cell else usual
                 return f"The arguments of `{maker}` are in the wrong order: write `{right}`."

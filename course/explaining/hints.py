@@ -370,8 +370,6 @@ OF_TYPE = {
 def _wrong_parameter_type(found: re.Match[str], source: str) -> str:
     if words := unparsed(found.string):
         return words
-    if (given := re.search(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'", found.string)) is not None:
-        return f"The parameter was declared as a double, and {given[1]} is an integer: write {given[1]}.0."
     if text := re.search(r"to '([^']*)' of type 'STRING', expecting type '(DOUBLE|INTEGER|BOOL)'", found.string):
         kind, pattern, example = OF_TYPE[text[2]]
         value = f"{text[1]}.0" if text[2] == "DOUBLE" and text[1].lstrip("+-").isdecimal() else text[1]
@@ -563,8 +561,11 @@ def _word_for_number(found: re.Match[str], source: str, code: str) -> str:
     for call in calls(parse(source), "add_argument"):
         names = [each.value for each in call.args if isinstance(each, ast.Constant) and isinstance(each.value, str)]
         stem = (next((each for each in names if each.startswith("--")), names[0]) if names else "").lstrip("-")
-        if stem and re.search(rf"\b{stem.replace('-', '_')}\b", code) and not {each.arg for each in call.keywords} & {
-            "type", "action", None}:  # fmt: skip
+        if (
+            stem
+            and re.search(rf"\b{stem.replace('-', '_')}\b", code)
+            and not {each.arg for each in call.keywords} & {"type", "action", None}
+        ):
             return (
                 "A word of the command line is text: for a number, write `type=int` (or `float`) in "
                 f"`add_argument({names[0]!r}, ...)`."
@@ -578,8 +579,9 @@ def _words_for_numbers(found: re.Match[str], source: str, code: str) -> str:
         return ""
     if "sys.argv[" in code:
         return f"Words of the command line are text: `[{found[1]}(word) for word in ...]` makes numbers of them."
-    lists = "[" in code or any(each.arg == "nargs" for call in calls(parse(source), "add_argument")
-                               for each in call.keywords)  # fmt: skip
+    lists = "[" in code or any(
+        each.arg == "nargs" for call in calls(parse(source), "add_argument") for each in call.keywords
+    )
     return _word_for_number(found, source, code) if lists else ""
 
 

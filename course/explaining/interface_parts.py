@@ -335,6 +335,8 @@ MEANT = {  # where the most similar name is not the one that is meant, or there 
     ("ServerGoalHandle", "is_canceled"): "is_cancel_requested",
     ("ServerGoalHandle", "is_cancelled"): "is_cancel_requested",
     ("ServerGoalHandle", "cancelled"): "canceled",
+    ("ClientGoalHandle", "canceled"): "cancel_goal_async",
+    ("ClientGoalHandle", "cancelled"): "cancel_goal_async",
 }
 
 

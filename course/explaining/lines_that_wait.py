@@ -24,6 +24,8 @@ from course.foundation.syntax import walk
 
 AWAITED_CALL = re.compile(r"\bawait ([\w.]+)\.call\(")
 
+BLOCKS = re.compile(r"\.(send_goal|get_result|cancel_goal)\(")
+
 SPINS_ITSELF = re.compile(r"\brclpy\.spin_once\(\s*self\b")
 
 
@@ -74,6 +76,17 @@ def remark(frames: Sequence[Frame], source: str) -> list[str]:
     future = ast.unparse(waits.func.value)
     instead = f"`rclpy.spin_until_future_complete({_node(tree, at.line)}, {future})`"
     return [f"Nothing spins the node while this loop waits, so no answer comes: write {instead} in its place."]
+
+
+def of_an_action(frames: Sequence[Frame]) -> list[str]:
+    """Return a line on a call of an action client that blocks the callback it is in; [] for another line."""
+    call = BLOCKS.search(frames[-1].code) if frames else None
+    if call is None:
+        return []
+    how = f"Write `{call[1]}_async(...).add_done_callback(self.FUNCTION)`, and go on in that function."
+    return [
+        f"`{call[1]}(...)` blocks its callback until the answer has come, which this wait itself may prevent. {how}"
+    ]
 
 
 def endless_look_at(frames: Sequence[Frame], source: str) -> list[str]:

@@ -19,6 +19,7 @@ NO_VALUE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=]+):=
 NO_RULE = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']+):?'")
 DASH = re.compile(r"Couldn't parse parameter override rule: '-p ([^\s:=']*-[^\s:=']*):=(.*?)'")
 COMMA = re.compile(r"parameter '(\w+)' to '(-?\d+),(\d+)' of type 'STRING', expecting type 'DOUBLE'")
+INTEGER = re.compile(r"to '(-?\d+)' of type 'INTEGER', expecting type 'DOUBLE'")
 UNKNOWN = re.compile(r"UnknownROSArgsError: \['([\w./]+:=[^']*)'")
 NO_OPTION = re.compile(r"UnknownROSArgsError: \['(--[\w-]+)'(?:, '([^']*)')?")
 OPTIONS = (FLAG, "--param", "--remap", "--log-level", "--enclave", "--log-config-file")
@@ -73,6 +74,8 @@ def unparsed(error: str) -> str:
         return f"The name of a parameter has no `-`. Did you mean `-p {meant}:={name[2]}`?"
     if number := COMMA.search(error):
         return f"A number has a decimal point: `{number[2]}.{number[3]}`, not `{number[2]},{number[3]}`."
+    if whole := INTEGER.search(error):
+        return f"The parameter was declared as a double, and {whole[1]} is an integer: write {whole[1]}.0."
     if option := NO_OPTION.search(error):
         near = [FLAG] if (option[2] or "").endswith((".yaml", ".yml")) else []
         near = near or difflib.get_close_matches(option[1], OPTIONS, 1)

@@ -1,12 +1,14 @@
 """`%%exercise FILE`: writes the cell to the file that is handed in, and runs it as a live node beside the notebook."""
 
 import contextlib
+import difflib
 import importlib
 import linecache
 import os
 import re
 import shlex
 import sys
+from argparse import Namespace
 from importlib.util import cache_from_source
 from pathlib import Path
 
@@ -30,6 +32,7 @@ from course.session.live import current, live
 
 ON_PURPOSE = re.compile(r"ended with exit status \d+(: it printed|\.)")  # not by an exception
 PACKAGE = "my_package"  # of an interface whose cell names none
+OPTIONS = ("--no-start", "--package")
 
 
 @magic_arguments()
@@ -41,17 +44,7 @@ def exercise(line: str, cell: str) -> None:
     """Write the cell to FILE.  A .py file is (re)started as a node in its own process; an interface is built."""
     cell = content(cell)
     line, separator, rest = line.partition(" -- ")
-    try:
-        options = parse_argstring(exercise, line)
-    except UsageError as error:
-        if "the following arguments are required" not in str(error):
-            raise
-        wanted = wanted_files()
-        example = next((name for name in wanted if name.endswith(".py")), "server.py")
-        raise UsageError(
-            f"`%%exercise` needs the name of the file to write, as in `%%exercise {example}`"
-            + (f". The checks of this exercise use {', '.join(wanted)}" if wanted else "")
-        ) from None
+    options = _options(line)
     path = Path(options.file)
     if path.name != options.file or path.suffix not in SUFFIXES:
         files = ", ".join(wanted_files())
@@ -102,6 +95,26 @@ def exercise(line: str, cell: str) -> None:
     else:
         live().watch.mark_told(process)
         print("\n".join([f"{path.name}: written, but it is not running:", *map(str, process.reports)]))
+
+
+def _options(line: str) -> Namespace:
+    """Return what the cell's first line says; raises UsageError, which says what to write."""
+    try:
+        return parse_argstring(exercise, line)
+    except UsageError as error:
+        said = str(error)
+    if unknown := re.search(r"unrecognized arguments: (\S+)", said):
+        near = difflib.get_close_matches(unknown[1], OPTIONS, 1)
+        how = f"Did you mean `{near[0]}`?" if near else "A program's own arguments come after ` -- `."
+        raise UsageError(f"`%%exercise` has no option `{unknown[1]}`. {how} Nothing was written.")
+    if "the following arguments are required" not in said:
+        raise UsageError(said)
+    wanted = wanted_files()
+    example = next((name for name in wanted if name.endswith(".py")), "server.py")
+    raise UsageError(
+        f"`%%exercise` needs the name of the file to write, as in `%%exercise {example}`"
+        + (f". The checks of this exercise use {', '.join(wanted)}" if wanted else "")
+    )
 
 
 def _content(path: Path) -> bytes | None:

@@ -655,6 +655,19 @@ def no_steps(file: str) -> str:
     return ""
 
 
+def zero_replaced(file: str) -> str:
+    """Return lines on an `or` that puts a number into the place of a parameter's value of 0; '' without one."""
+    source = text_at(Path(file))
+    for node in walk(parse(source)):
+        if not (isinstance(node, ast.BoolOp) and isinstance(node.op, ast.Or)):
+            continue
+        value, last = ast.unparse(node.values[0]), ast.unparse(node.values[-1])
+        if re.search(r"value\b|parameter", value) and re.fullmatch(r"[\d.]+", last):
+            why = f"For `or`, 0 counts as false, so {last} is used in the place of 0"
+            return f"\n{frame_at(file, node.lineno, source)}\n{why}. Write `{value}` alone."
+    return ""
+
+
 NANOSECONDS = 1e9  # in a second
 
 

@@ -160,7 +160,7 @@ def _run(command: str, timeout: float, until: str, failed: Collection[NodeFailed
         return command, "\nHint: ".join(filter(None, (f"{words[0]}: permission denied", how))), 126
     if "can't open file" in output and (session := current()) and (why := session.elsewhere):
         output = f"{output.rstrip()}\nHint: {why}\n"
-    if how := unparsed(output):
+    if (how := unparsed(output)) and how not in output:  # a folded traceback has it
         output = f"{output.rstrip()}\nHint: {how}\n"
     if "Cannot have a value before ros__parameters" in output:
         output = (

@@ -4,6 +4,7 @@ import time
 from collections.abc import Mapping
 from types import FrameType
 
+from course.explaining.lines_that_wait import of_an_action
 from course.session.live_node import LiveNode
 from course.session.watch import Handle
 
@@ -39,7 +40,7 @@ class LongCallbacks:
                 lasted = next((now - since for known, since in self._seen if known is frame), 0.0)
                 if lasted >= LONG and service not in node.services:
                     head = f"'{node.name}' is in a callback that has not returned for {lasted:.0f} s:"
-                    found.append("\n".join([head, *map(str, at)]))
+                    found.append("\n".join([head, *map(str, at), *of_an_action(at)]))
         return found
 
     def _nodes(self) -> list[LiveNode]:

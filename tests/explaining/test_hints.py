@@ -339,6 +339,15 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "ActionClient(Fibonacci, 'fibonacci', ros.node)",
             "The arguments of `ActionClient` are in the wrong order: write `ActionClient(ros.node, TheType, '/name')`.",
         ),
+        *(
+            (
+                "AttributeError: type object 'Fibonacci' has no attribute 'default_callback_group'",
+                f"{maker}(Fibonacci, {first}, 'fibonacci'{last})",
+                f"{maker}(Fibonacci, {first}, 'fibonacci'{last})",
+                f"The arguments of `{maker}` are in the wrong order: write `{maker}({first}, TheType, '/name'{last})`.",
+            )
+            for maker, first, last in (("ActionClient", "ros.node", ""), ("ActionServer", "self", ", self.execute"))
+        ),
         (
             "TypeError: Fibonacci.__init__() got an unexpected keyword argument 'order'",
             FIBONACCI,
@@ -552,6 +561,7 @@ CALLED = "def decide(self, seen):\n    return seen['front']\n"
             "Did you mean `is_cancel_requested`?",
         ),
         ("AttributeError: 'ClientGoalHandle' object has no attribute 'cancel'", "", "", "`cancel_goal_async`?"),
+        ("AttributeError: 'ClientGoalHandle' object has no attribute 'canceled'", "", "", "`cancel_goal_async`?"),
         (
             "AttributeError: 'ClientGoalHandle' object has no attribute 'result'",
             "print(ros.wait(future).result.sequence)",

@@ -3,7 +3,7 @@
 import pytest
 
 from course.explaining.failure_report import Frame
-from course.explaining.lines_that_wait import crowded, remark
+from course.explaining.lines_that_wait import crowded, of_an_action, remark
 
 POLLS = """class Client(Node):
     def __init__(self):
@@ -250,3 +250,17 @@ def test_a_loop_of_main_above_the_spin_is_told(loop, told):
             True
         ] * told
     assert remark([inner], source) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "says"),
+    [
+        ("end = goal_handle.get_result().result", "`get_result(...)` blocks its callback until the answer has come"),
+        ("self.handle.cancel_goal()", "Write `cancel_goal_async(...).add_done_callback(self.FUNCTION)`, and go on in"),
+        ("goal_handle.get_result_async()", ""),
+        ("time.sleep(30)", ""),
+    ],
+)
+def test_a_call_of_an_action_client_that_blocks_its_callback(code, says):
+    said = "".join(of_an_action([Frame("the cell", 20, "on_goal", code)]))
+    assert says in said and bool(said) == bool(says)

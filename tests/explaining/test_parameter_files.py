@@ -92,6 +92,10 @@ OPTION = "rclpy._rclpy_pybind11.UnknownROSArgsError: [{}]"
         (OPTION.format("'--remaps', 'a:=b'"), "ROS 2 has no option `--remaps`. Did you mean `--remap`?"),
         (OPTION.format("'--verbose'"), ""),
         ("Trying to set parameter 'v' to '1,2' of type 'STRING', expecting type 'DOUBLE'", "point: `1.2`, not `1,2`."),
+        (
+            "Trying to set parameter 'v' to '1' of type 'INTEGER', expecting type 'DOUBLE'",
+            "1 is an integer: write 1.0.",
+        ),
         ("Trying to set parameter 'v' to 'a,b' of type 'STRING', expecting type 'DOUBLE'", ""),
     ],
 )

@@ -139,6 +139,14 @@ def test_solution_marks_are_not_part_of_the_file(kernel):
             "UsageError: `%%exercise` needs the name of the file to write, as in `%%exercise server.py`",
         ),
         ("%%exercise --no-start\npass\n", "`%%exercise` needs the name of the file to write, as in `%%exercise"),
+        (
+            "%%exercise ends.py --nostart\npass\n",
+            "UsageError: `%%exercise` has no option `--nostart`. Did you mean `--no-start`? Nothing was written.",
+        ),
+        (
+            "%%exercise ends.py --cancel-after 2\npass\n",
+            "has no option `--cancel-after`. A program's own arguments come after ` -- `. Nothing was written.",
+        ),
         ("%%exercise ../up.py\npass\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
         ("%%exercise notes.txt\nhello\n", "takes the name of a .py, .srv, .msg or .action file beside the notebook"),
     ],

@@ -532,7 +532,7 @@ def test_the_check_of_the_controller_refuses_what_breaks_a_promise(empty, change
         (STEP, f"1000 * ({STEP})", "with kp = 0 and ki = 5, an error of 1 for"),
         pytest.param("error * step", "error", "with kp = 0 and ki = 5, an error of 1 for", marks=pytest.mark.matrix),
         pytest.param(STEP, f"1e9 * ({STEP})", "with kp = 0 and ki = 5, an error of 1 for", marks=pytest.mark.matrix),
-        each_night(KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, must leave the"),
+        each_night(KI_ALONE, "if param.name == 'ki':", "a set of {'ki': 5.0}, with ki at 5 before, the effort must"),
     ],
 )  # fmt: skip
 def test_the_check_of_the_controller_tells_the_part_that_is_wrong(empty, old, new, says):
@@ -1092,8 +1092,16 @@ SENTENCES = [
         "parameters",
         "pid-node",
         "pid_node.py",
+        "(self.value('kp') *",
+        "((self.value('kp') or 1.0) *",
+        ("kp may be 0, and with kp, ki and kd at 0 an error of 50 must give 0.0; it gave 50\n  pid_node.py, line "),
+    ),
+    each_night(
+        "parameters",
+        "pid-node",
+        "pid_node.py",
         "        self.integral += error * step\n",
-        "        self.parts = [*(getattr(self, 'parts', ()) if self.integral else ()), error * step][-20:]\n"
+        "        self.parts = [*(getattr(self, 'parts', ()) if self.integral else ()), error * step][-100:]\n"
         "        self.integral = sum(self.parts)\n",
         "the integral is of all messages since ki was set: with ki = 5 an effort of ",
     ),
@@ -1184,7 +1192,7 @@ SENTENCES = [
         "pid_node.py",
         "if param.name == 'ki' and param.value != self.ki:",
         "if param.name in ('kp', 'kd') or (param.name == 'ki' and param.value != self.ki):",
-        "must leave the integral alone",
+        "with ki at 5 before, the effort must grow on with each error of 1: the integral goes on",
     ),
     each_night(
         "actions",
@@ -1272,7 +1280,7 @@ SENTENCES = [
         "lift_client.py",
         "        outcome = node.run(options.floors)\n",
         "        for floor in options.floors:\n            outcome = node.run([floor])\n",
-        "one goal with the floors [5, 6] must be sent, and [[5], [6]] were",
+        "one goal with the floors [12, 6] must be sent, and [[12], [6]] were",
     ),
     each_night(
         "actions",
@@ -1317,6 +1325,50 @@ SENTENCES = [
         "        print(f'Result: stops",
         "        if end.status != 6:\n            print(f'Result: stops",
         "a blocked shaft: the result has stops=[] and floor=",
+    ),
+    (
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "            self.goal_handle.cancel_goal_async()\n",
+        "            self.goal_handle.cancel_goal_async()\n            OUTCOMES[4] = 'CANCELED'\n",
+        (
+            "3 --ros-args --log-level info: the cancel came, but the goal succeeded all the same. So "
+            "SUCCEEDED must be in the last line, and the exit status 0; it is 1\n"
+        ),
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "        print(f'Feedback: floor",
+        (
+            "        if now == vars(self).get('last'):\n            return\n        self.last = now\n"
+            "        print(f'Feedback: floor"
+        ),
+        "Two equal messages are two messages: after three of them the cancel must be sent, and none came\nFeedback",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "        print(f'Feedback: floor",
+        (
+            "        last, self.last = vars(self).get('last'), now\n"
+            "        print('.' if now == last else f'Feedback: floor"
+        ),
+        "Each message must be printed, also when it equals another one, and floor 331 is there once, not 3 times\n",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "parse_args(remove_ros_args(args)[1:])",
+        "parse_args()",
+        (
+            "--ros-args and what follows it are meant for ROS, and remove_ros_args leaves them out of the arguments of "
+            "the client. So a goal with the floors [5, 3] must be sent, and none came; exit status 2\nusage: "
+        ),
     ),
     each_night(
         "actions",
@@ -1875,6 +1927,49 @@ SENTENCES = [
         "request.a * request.b\n            self.whole = int(response.result)\n",
         "OverflowError: cannot convert float infinity to integer",
     ),
+    (
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "request.b == 0.0",
+        "request.b == 0.0 and request.a != 0.0",
+        "0.0 divide 0.0: /calculator does not answer.\ncalculator_server.py ended with exit status 1: ZeroDiv",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "request.b == 0.0",
+        "abs(request.b) < 1e-305",
+        "1e-323 divide 5e-324 was refused: Division by zero",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "        response.success = True\n",
+        "        response.success = True\n        if len(request.operation) > 20:\n            raise ValueError\n",
+        "1.0 (an operation of 3000 letters) 2.0: /calculator does not answer.\ncalculator_server.py ended with exit",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "request.operation != 'divide'",
+        "request.operation != 'divide' and len(request.operation) < 20",
+        "an operation of 3000 letters, all of them x, must not succeed",
+    ),
+    each_night(
+        "calculator",
+        "calculator-server",
+        "calculator_server.py",
+        "response.result = request.a + request.b",
+        (
+            "response.result = request.a + request.b + getattr(self, 'memory', 0.0)\n"
+            "            self.memory = 0.0 if response.result else 1.0"
+        ),
+        "5.0 add 0.0 gave 6.0, and asked once more, 5.0: each answer must depend on its own request alone, not on an",
+    ),
     each_night(
         "calculator",
         "calculator-server",
@@ -1893,6 +1988,18 @@ SENTENCES = [
         "        a, b = float(a), float(b)\n    except ValueError:\n        print(USAGE)\n        return 2\n",
         "    except ValueError:\n        print(USAGE)\n        return 2\n    a, b = float(a), float(b)\n",
         "x 2 add: x is no number, and it must print the usage:\nTraceback",
+    ),
+    (
+        "calculator",
+        "calculator-client",
+        "calculator_client.py",
+        "remove_ros_args(args)",
+        "sys.argv",
+        (
+            "15.5 3.2 add --ros-args --log-level info: --ros-args and what follows it are meant for ROS, and "
+            "remove_ros_args leaves them out of the arguments of the client. So it must print 18.7, and end with exit "
+            "status 0, not 2:\nUsage: "
+        ),
     ),
     each_night(
         "calculator",
@@ -2055,7 +2162,7 @@ SENTENCES = [
         "pid_node.py",
         KI_ALONE,
         "if param.name == 'ki' and (param.value != self.ki or len(params) > 1):",
-        "a set of {'ki': 5.0, 'kd': 0.5}, with ki at 5 before, must leave the integral alone",
+        "a set of {'ki': 5.0, 'kd': 0.5}, with ki at 5 before, the effort must grow on with each error of 1",
     ),
     each_night(
         "parameters",

@@ -24,6 +24,7 @@ from course.notebook.shown_by_text import (
     unconverted,
     unread_limit,
     unseen_scans,
+    zero_replaced,
 )
 from tests.hidden import answers
 from tests.mistakes import SOLUTIONS
@@ -199,6 +200,9 @@ def test_fields_that_differ_are_told_with_what_they_must_be(has, says):
         ("parameters", "pid_node.py", {"param.name == 'ki'": "param.name == 'kp'"},
          lambda file: another_name(file, "ki"), "\nThis looks at kp, and nothing in the callbacks for new values"),
         ("parameters", "pid_node.py", {}, lambda file: another_name(file, "ki"), ""),
+        ("parameters", "pid_node.py", {"get_parameter(name).value": "get_parameter(name).value or 1.0"}, zero_replaced,
+         "\nFor `or`, 0 counts as false, so 1.0 is used in the place of 0. Write `self.get_parameter(name).value` al"),
+        ("parameters", "pid_node.py", {}, zero_replaced, ""),
         ("calculator", "calculator_client.py", {"if not response.success:": "if not response:"},
          lambda file: never_reads(file, "success"), "Nothing in calculator_client.py reads `success` of the response"),
         ("calculator", "calculator_client.py", {}, lambda file: never_reads(file, "success"), ""),

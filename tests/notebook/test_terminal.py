@@ -249,6 +249,15 @@ def test_a_parameter_file_for_another_node_is_told(tmp_path):
     assert "Hint: robot.yaml has parameters for parameternode, and the node is called parameter_node" in output
 
 
+@pytest.mark.parametrize("command", ["python3 node.py", "python3 -B node.py"])  # its traceback is folded, or is not
+def test_an_integer_for_a_double_has_one_hint(tmp_path, command):
+    said = "Trying to set parameter 'v' to '1' of type 'INTEGER', expecting type 'DOUBLE': v"
+    error = "InvalidParameterTypeException"
+    (tmp_path / "node.py").write_text(f"class {error}(Exception):\n    pass\n\n\nraise {error}({said!r})\n")
+    ((_, output, _),) = terminal(command).runs
+    assert output.count("Hint: ") == 1 and "1 is an integer: write 1.0." in output
+
+
 def test_a_parameter_file_that_rcl_cannot_read_is_not_said_to_be_for_another_node(tmp_path):
     (tmp_path / "robot.yaml").write_text("parameter_node:\n  ros__parameters:\n    max_speed = 0.8\n")
     said = "[ERROR] [rcl]: Failed to parse global arguments\\nCouldn't parse params file: '--params-file robot.yaml'."
