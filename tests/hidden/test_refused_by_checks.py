@@ -14,6 +14,14 @@ KEEPS = {
         "15.5 add 3.2 succeeded with the message 'Division by zero' of that refusal: each answer must depend on",
     ): "whether a success has a message is up to the student: the hidden tests look at its success and its result",
     (
+        "calculator",
+        "an operation of 3000 letters, all of them x, must not succeed",
+    ): "the hidden tests look whether the server goes on after so long an operation, not at its answer",
+    (
+        "calculator",
+        "5.0 add 0.0 gave 6.0, and asked once more, 5.0: each answer must depend on its own request alone, not on an",
+    ): "wrong after one request of the check alone: the hidden tests draw others",
+    (
         "parameters",
         "a refused set of joint_name changed the integral:",
     ): "a callback for this one name: the hidden tests look at the integral after refused sets of gains and limits",
