@@ -25,7 +25,7 @@ from rclpy.task import Future
 
 from course.errors import NodeFailed, RecorderError
 from course.foundation.calls import fitting, is_whole, takes
-from course.foundation.waiting import Lasting, ask_lookouts, tellers, time_limit, wait_until
+from course.foundation.waiting import Lasting, ask_lookouts, tell_reader, time_limit, wait_until
 from course.ros.rclpy_internals import (
     InvalidHandle,
     RCLError,
@@ -370,11 +370,10 @@ class GoalRecorder(Recorder):
         if self.wait_for(there, min(time_limit(timeout), LAST)):
             return True
         came = self.count("feedback")
-        for tell in tellers:
-            tell(
-                f"This goal has ended as {self._end()}, after {came} feedback message{'s' * (came != 1)}: "
-                f"wait_feedback({count}) stopped waiting."
-            )
+        tell_reader(
+            f"This goal has ended as {self._end()}, after {came} feedback message{'s' * (came != 1)}: "
+            f"wait_feedback({count}) stopped waiting."
+        )
         return False
 
     @property
@@ -432,8 +431,7 @@ class GoalRecorder(Recorder):
     def _tell_of_time(self, timeout: float, what: str) -> None:
         if timeout >= NO_LOOK:
             at = "".join(f"\n{where}" for place in places if (where := place(self._name)))
-            for tell in tellers:
-                tell(f"The wait for a goal of {self._name} ended after {timeout:g} s: {what}.{at}")
+            tell_reader(f"The wait for a goal of {self._name} ended after {timeout:g} s: {what}.{at}")
 
     def _end(self) -> str | None:
         return next((event for event in self.table()["event"] if event in self.END), None)

@@ -9,7 +9,7 @@ from course.figures.misuse import expect_recorder
 from course.figures.palette import BLACK, BLUE, EVENTS, GREY, GROUND, legend, plain, style
 from course.figures.picture import Picture, redrawing
 from course.foundation.calls import fitting
-from course.foundation.waiting import tellers
+from course.foundation.waiting import tell_reader
 from course.recorders import GoalRecorder, Recorder
 
 # The look of each event: size (points²), marker, and place in rows below the goal's line.  Messages of the client are
@@ -101,8 +101,7 @@ def timeline(
             f"not {labels!r:.60}"
         )
     if not redrawing and not any(len(goal) for goal in goals):
-        for tell in tellers:
-            tell("Nothing is recorded here yet, so the timeline is empty: was the goal sent, with `.send(...)`?")
+        tell_reader("Nothing is recorded here yet, so the timeline is empty: was the goal sent, with `.send(...)`?")
     picture = Picture("timeline of goals", 2.5 + 0.65 * max(1, len(goals)))
     since = "the first was sent" if together else "sending"
     axes = style(picture.figure.add_subplot(), title, f"Time since {since} (s)")

@@ -15,7 +15,7 @@ from course.errors import FigureError
 from course.figures.misuse import expect_recorder, positive
 from course.figures.palette import GROUND, plain
 from course.foundation.calls import fitting, takes
-from course.foundation.waiting import tellers, wait_until
+from course.foundation.waiting import tell_reader, wait_until
 from course.recorders import Recorder
 
 WIDTH = 5.0  # inches: on a telephone, which is 360 pixels wide, a text of 10 points is 10 pixels high
@@ -101,8 +101,7 @@ class Live:
 
         if wait_until(done, timeout):
             return True
-        for tell in tellers:
-            tell(f"`wait` has ended after {timeout:g} s, and its condition has not come true.")
+        tell_reader(f"`wait` has ended after {timeout:g} s, and its condition has not come true.")
         return False
 
     def _update(self, sharpness: int = 1) -> None:

@@ -88,6 +88,12 @@ class Lasting:
         return lasted >= self._seconds and (lasted >= self._seconds + self._more or not self._unless())
 
 
+def tell_reader(text: str) -> None:
+    """Show a message to the reader of a cell at once, if there is one."""
+    for tell in tellers:
+        tell(text)
+
+
 def ask_lookouts() -> None:
     """Call the lookouts, which may raise to end a wait in this thread."""
     if lookouts and threading.current_thread() is threading.main_thread():

@@ -18,17 +18,21 @@ from course.session.live import live
 from course.session.node_process import NodeProcess
 
 DECIDED = (-0.25, 1.5)  # m/s and rad/s, which no rule of the task decides
-ENOUGH = 10  # commands after the first decision, one of which must say it
+STILL = (0.0, 0.0)  # m/s and rad/s, which no rule decides either
+ENOUGH = 10  # commands after the first decision, one of which must say it; after so many decisions it stands still
+LATER = 3  # decisions, with which a command that is under way may come
 MANY = 4  # agents that a node may have made by then: it needs one
 LIMIT = 5.0  # s for which a check waits for it at its end
-MOST = 30.0  # s that it runs
+MOST = 30.0  # s until it has published enough
+MORE = 3.0  # s until it has done so once more, standing still
+Command = tuple[float, ...]  # m/s, rad/s, and how many agents there were
 NEARLY = 1e-6  # m/s and rad/s
 AGENT = "wall_agent.py"
 # What is put behind the agent's file, in a copy of it: a scanner of its own, and a list of what is published.
 BEHIND = """
 
 
-def _another_agent(cls, decided, told):
+def _another_agent(cls, decided, still, enough, told):
     import math
     import threading
     import time
@@ -46,7 +50,9 @@ def _another_agent(cls, decided, told):
 
     def decide(self, *args, **kwargs):
         asked.append(self)
-        return {"angular": decided[1], "linear": decided[0]}
+        print(len(asked), file=told)
+        linear, angular = decided if len(asked) <= enough else still
+        return {{"angular": angular, "linear": linear}}
 
     def tell(self, message):
         if isinstance(message, Twist) and asked:
@@ -68,7 +74,7 @@ def _another_agent(cls, decided, told):
     threading.Thread(target=scan, daemon=True).start()
 
 
-_another_agent(WallAgent, {decided}, open({told!r}, "a", buffering=1))
+_another_agent(WallAgent, {decided}, {still}, {enough}, open({told!r}, "a", buffering=1))
 """
 
 
@@ -77,6 +83,9 @@ RULES = (
     ({"front": 0.4, "right": 0.6}, (0.0, 0.5)),
     ({"front": 3.0, "right": 2.0}, (0.2, -0.4)),
     ({"front": 3.0, "right": 0.703}, (0.3, -0.1545)),
+    ({"front": 3.0, "right": 0.9}, (0.3, -0.45)),
+    ({"front": 3.0, "right": 0.5}, (0.3, 0.15)),
+    ({"front": 3.0, "right": 0.0}, (0.3, 0.5)),
 )
 ASK = """
 import json, sys, wall_agent
@@ -105,12 +114,14 @@ def wrong_agent() -> str:
 class AnotherAgent:
     """A run of the node `file` in a ROS domain of its own, with a scanner, and an agent that decides `DECIDED`.
 
-    It ends by itself, also when the check fails meanwhile.
+    After some decisions it decides `STILL`.  It ends by itself, also when the check fails meanwhile.
     """
 
     def __init__(self, file: str):
         self._file = file
-        self._commands: list[list[float]] = []  # after the first decision: two speeds, and how many agents there were
+        self._told: list[
+            list[float]
+        ] = []  # the number of each decision; of each command after it: its speeds, the agents
         self._over = threading.Event()
         threading.Thread(target=self._run, daemon=True).start()
 
@@ -123,10 +134,11 @@ class AnotherAgent:
                 for path in Path().glob("*.py"):
                     shutil.copyfile(path, folder / path.name)
                 with (folder / AGENT).open("a", encoding="utf-8") as agent:
-                    agent.write(BEHIND.replace("{decided}", repr(DECIDED)).replace("{told!r}", repr(str(told))))
+                    agent.write(BEHIND.format(decided=DECIDED, still=STILL, enough=ENOUGH, told=str(told)))
                 process = NodeProcess(folder / self._file, [], domain=domain)
-                wait_until(lambda: told.read_text().count("\n") >= ENOUGH or process.ended, MOST, alert=False)
-                self._commands = [[float(each) for each in line.split()] for line in told.read_text().splitlines()]
+                for count, most in ((ENOUGH, MOST), (2 * ENOUGH + LATER, MORE)):
+                    wait_until(lambda: _commands(told, count) or process.ended, most, alert=False)  # noqa: B023
+                self._told = _lines(told)
                 with contextlib.suppress(ProcessLookupError):  # a thread of it keeps it from ending as others do
                     os.kill(process.pid, signal.SIGKILL)
                 process.stop()
@@ -137,17 +149,48 @@ class AnotherAgent:
 
         A node that has asked nothing by then is not judged.
         """
-        commands = self._commands if live().until(self._over.is_set, LIMIT) else []
-        if len(commands) < ENOUGH:
-            return
+        told = self._told if live().until(self._over.is_set, LIMIT) else []
+        asked = 0.0
+        commands: list[Command] = []
+        later: list[Command] = []  # those since it was decided to stand still
+        for first, *more in told:
+            if more:
+                commands.append((first, *more))
+                later.extend(commands[-1:] if asked > ENOUGH + LATER else ())
+            else:
+                asked = first
+        if len(commands) >= ENOUGH:
+            self._as_decided(commands, later, stands=asked > ENOUGH + 2 * LATER)
+
+    def _as_decided(self, commands: list[Command], later: list[Command], *, stands: bool) -> None:
         linear, angular, made = commands[-1]
-        if all(tuple(each[:2]) != DECIDED for each in commands):
+        if all(command[:2] != DECIDED for command in commands):
             raise ExerciseError(
                 f"{self._file} must publish what its agent decides, as it is: another agent, in the place of "
                 f"{AGENT}, decided {DECIDED}, and it published {linear, angular}"
+            )
+        if stands and all(command[:2] != STILL for command in later):
+            said = f"it published {linear, angular}" if later else "it published nothing more"
+            raise ExerciseError(
+                f"{self._file} must publish what its agent decides, as it is, ten times a second: another agent, in "
+                f"the place of {AGENT}, decided to stand still, {STILL}, and {said}"
             )
         if made > MANY:
             raise ExerciseError(
                 f"{self._file} must create one WallAgent, in `__init__`, and ask that each time: after {len(commands)} "
                 f"commands it has created {made:.0f}"
             )
+
+
+def _lines(told: Path) -> list[list[float]]:
+    """Return the numbers of each whole line."""
+    return [
+        [float(each) for each in line.split()]
+        for line in told.read_text().splitlines(keepends=True)
+        if line[-1] == "\n"
+    ]
+
+
+def _commands(told: Path, count: int) -> bool:
+    """Return True if so many commands have been published."""
+    return sum(len(each) > 1 for each in _lines(told)) >= count

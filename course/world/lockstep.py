@@ -10,7 +10,7 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.client import Client
 from rclpy.node import Node
 
-from course.foundation.waiting import tellers
+from course.foundation.waiting import tell_reader, tellers
 from course.ros.rclpy_internals import RCLError, unwatched
 from course.world.geometry import Floats
 from course.world.simulation import Collision
@@ -152,26 +152,4 @@ class Pace:
 
     def _tell(self, text: str) -> None:
         self._told = True
-        _tell(text)
-
-
-def tell_of_silence(barrier: Barrier, seconds: float) -> None:
-    """Tell the reader of a cell that a driver has been shown scans for so many s, and has not answered."""
-    names = " and ".join(barrier.names) or "The driver"
-    _tell(
-        f"{names} has not answered a scan for {seconds:.0f} s: its callback must not sleep, or compute or loop for so "
-        "long. The ■ button ends this drive, and `ros.stop()` then names the line."
-    )
-
-
-def tell_of_no_driver(limit: float) -> None:
-    """Tell the reader of a cell that a drive waits for its driver, at most `limit` s more."""
-    _tell(
-        "This drive waits for its driver, a node that publishes cmd_vel and subscribes to scan, for at most "
-        f"{limit:.0f} s more: start one before it."
-    )
-
-
-def _tell(text: str) -> None:
-    for tell in tellers:
-        tell(text)
+        tell_reader(text)

@@ -31,12 +31,13 @@ from std_msgs.msg import String
 
 from course.errors import NoDriver, WorldError
 from course.foundation.calls import fitting, is_number, takes
-from course.foundation.waiting import time_limit, wait_until
+from course.foundation.waiting import tellers, time_limit, wait_until
 from course.ros.rclpy_internals import InvalidHandle, RCLError
 from course.world.controls import LATCHED, Controls
+from course.world.drivers import SILENT_CAUSE, endpoints, half_a_driver, tell_of_no_driver, tell_of_silence
 from course.world.geometry import Pose
 from course.world.laser import Laser
-from course.world.lockstep import Barrier, Drive, Pace, tell_of_no_driver, tell_of_silence
+from course.world.lockstep import Barrier, Drive, Pace
 from course.world.rooms import Room
 from course.world.simulation import Robot, Simulation
 
@@ -45,6 +46,7 @@ IDLE = 0.5  # s without a move, after which a world does not simulate
 COMMAND_TIMEOUT = 0.5  # s of the world's time without a command, after which the robot stops
 CLOCK_REPEAT = 0.05  # s; subscribers to /clock are best effort, so an unanswered tick is published again
 SILENT = 5.0  # s after which the reader learns that the driver does not answer
+IDLE_ANSWERS = 1.0  # s within which a node answers a request for parameters, unless a callback of it keeps it busy
 PATIENCE = 3.0  # s without a driver, after which the reader is told that a drive waits for one
 FIND_SERVICES = 1.0  # s to wait for the driver's parameter services
 SETTLE = 0.01  # s without a command after which a tick ends, for a driver without parameter services
@@ -335,11 +337,14 @@ class World(Node):
 
         found_one = self._wait(lambda: found() or not alive(), min(timeout, PATIENCE)) and alive()
         if not found_one and alive() and timeout > PATIENCE:
-            tell_of_no_driver(timeout - PATIENCE)
+            tell_of_no_driver(self, timeout - PATIENCE)
             found_one = self._wait(lambda: found() or not alive(), timeout - PATIENCE) and alive()
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
-            raise NoDriver(f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan")
+            raise NoDriver(
+                f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan"
+                f"{half_a_driver(self).replace(' ', ': ', 1).removesuffix('.')}"
+            )
 
     def _is_driven(self) -> bool:
         """Return True if there is a publisher of commands, and a possible driver subscribes to the scan.
@@ -348,17 +353,19 @@ class World(Node):
         itself.
         """
         try:
-            drivers = {(each.node_namespace, each.node_name) for each in self.get_publishers_info_by_topic("cmd_vel")}
-            seers = {(each.node_namespace, each.node_name) for each in self.get_subscriptions_info_by_topic("scan")}
+            drivers, seers = endpoints(self)
         except (RCLError, UnicodeDecodeError):  # a node has an invalid name: assume that it may drive
             return self.count_publishers("cmd_vel") > 0
-        unknown = {each for each in seers if "_UNKNOWN_" in each[1]}
+        unknown = {each for each in seers if "_UNKNOWN_" in each[0]}
         return bool(drivers) and any(
-            each in drivers or each in unknown or not each[1].startswith("_") for each in seers
+            each in drivers or each in unknown or not each[0].startswith("_") for each in seers
         )
 
     def _meet(self, timeout: float, answer_within: float, alive: Callable[[], bool]) -> None:
-        """Tick without moving the robot until the driver answers, and so is fully connected."""
+        """Tick without moving the robot until the driver answers, and so is fully connected.
+
+        Where a reader waits, raises NoDriver for a driver that answers other requests, and sends no command.
+        """
         began, told = time.monotonic(), False
         end = began + timeout
         self._met = False
@@ -368,7 +375,13 @@ class World(Node):
             self._met = self._tick(min(answer_within, 5 * CLOCK_REPEAT))
             if not self._met and not told and time.monotonic() - began >= SILENT:
                 told = True
-                tell_of_silence(self._barrier, time.monotonic() - began)
+                answers = self._barrier.cross(min(answer_within, IDLE_ANSWERS))
+                tell_of_silence(self._barrier.names, time.monotonic() - began, answers=answers)
+        if tellers and not self._met and alive() and self._barrier.cross(min(answer_within, IDLE_ANSWERS)):
+            raise NoDriver(
+                f"{' and '.join(self._barrier.names)} sent no command within {timeout:.0f} s, though scans came. "
+                f"{SILENT_CAUSE}"
+            )
 
     def _tick(self, timeout: float) -> bool:
         """Publish the next moment of simulated time; return True if the driver sent a command within `timeout` s.

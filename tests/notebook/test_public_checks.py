@@ -748,7 +748,7 @@ SAID_FIRST = ANSWER + SAID_LAST.replace(ANSWER, "")
         each_night("services", "relay", "relay.py", "            AddTwoInts, '/add", "            Trigger, '/add",
                    "Its client of /add_two_ints has the type std_srvs/srv/Trigger; it must be example_interfaces/srv/"),
         each_night("services", "relay", "relay.py", "AddTwoInts.Request(a=a, b=b)", "AddTwoInts.Request(a=b)",
-                   "message='40 + 2 = 603'). The request that came to /add_two_ints was a=2, b=0"),
+                   "message='38 + 5 = 606'). The request that came to /add_two_ints was a=5, b=0"),
         each_night("services", "relay", "relay.py", READY, READY_ONCE,
                    "the relay does not ask /add_two_ints\n  relay.py, line 21\n    self.ready = self.client.ser"),
         each_night("services", "motor-service", "motor_service.py", SAID_LAST, SAID_FIRST,
@@ -883,6 +883,202 @@ SWALLOWED = """\
 PID = answers.solution("parameters")["pid_node.py"].decode()
 CLAMPED = PID[PID.index("        effort = (self.value('kp')") : PID.index("\n\ndef main")]
 SENTENCES = [
+    (
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "max(-0.5, min(0.5, angular))",
+        "0.5 if right < 0.6 else max(-0.5, angular)",
+        "at {'front': 3.0, 'right': 0.5} it must decide (0.3, 0.15); it decides (0.3, 0.5)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "            self.state = State.WALL_AHEAD\n",
+        "            self.state = State.WALL_AHEAD\n            self.turns = getattr(self, 'turns', 0) + 1\n"
+        "            if self.turns > 50:\n                return {'linear': -0.1, 'angular': 0.5}\n",
+        "however often: asked 200 times one after the other, it gave {'linear': -0.1, 'angular': 0.5} and",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "if right > 1.2:",
+        "if right > 1.2 or front == float('inf'):",
+        "at {'front': inf, 'right': 0.703} it must decide (0.3, -0.1545): the front may be free",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "        if right > 1.2:",
+        "        if right > 1.2 and front > 1.0:",
+        "at {'front': 0.6, 'right': 2.0} it must decide (0.2, -0.4): 0.6 m is not nearer than 0.5 m",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "'linear': 0.3, 'angular': max(-0.5, min(0.5, angular))",
+        "'linear': 0.3 if abs(angular) < 0.5 or front > 1 else 0.2, 'angular': max(-0.5, min(0.5, angular))",
+        "at {'front': 0.6, 'right': 0.2} it must decide (0.3, 0.5)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-agent",
+        "wall_agent.py",
+        "'angular': max(-0.5, min(0.5, angular))",
+        "'angular': round(max(-0.5, min(0.5, angular)), 2)",
+        "it must decide (0.3, -0.1545): the front may be free; it decides (0.3, -0.15)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "    degrees = np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)\n",
+        "    degrees = np.degrees(angles)\n    degrees[degrees > 180] -= 360\n    degrees[degrees < -180] += 360\n",
+        "a scanner whose first beam is at 720 degrees, and a wall at 0.7 m: it must be told (0.3, -0.15)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "(ranges <= scan.range_max)",
+        "(ranges < scan.range_max)",
+        "1.0 m on the right, which is this scan's range_max, and counts: it must be told (0.3, -0.5), and",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "(ranges >= scan.range_min)",
+        "(ranges > scan.range_min)",
+        "0.5 m on the right, which is this scan's range_min, and counts: it must be told (0.3, 0.15), and",
+    ),
+    (
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        self.cmd_vel_pub.publish(cmd)\n",
+        "        if not self.scan_is_fresh() or cmd != Twist():\n            self.cmd_vel_pub.publish(cmd)\n",
+        "decided to stand still, (0.0, 0.0), and it published nothing more",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "cmd.linear.x = action['linear']\n",
+        "cmd.linear.x = action['linear'] or (0.0 if action['angular'] else 0.3)\n",
+        "decided to stand still, (0.0, 0.0), and it published (0.3, 0.0)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "    ranges = np.array(scan.ranges, dtype=float)\n"
+        "    angles = scan.angle_min + scan.angle_increment * np.arange(len(ranges))\n",
+        "    ranges = np.array(scan.ranges[::2], dtype=float)\n"
+        "    angles = scan.angle_min + 2 * scan.angle_increment * np.arange(len(ranges))\n",
+        "one beam alone, at 7 degrees, with 0.4 m: it must be told (0.0, 0.5), and it is told (0.3, -0.0)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "import math\n",
+        "import math, course\n",
+        "wall_follower.py must not import course",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "self.get_clock().now() - self.scan_time <= FRESH",
+        "self.get_clock().now().to_msg().sec - self.scan_time.to_msg().sec <= 0.5",
+        "a scan may be used until it is 0.5 s old, and it drove on for 0.",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "    ranges[np.isneginf(ranges)] = 0.0",
+        "    if len(ranges) < 20:\n        return {'front': math.inf, 'right': math.inf}\n"
+        "    ranges[np.isneginf(ranges)] = 0.0",
+        "eight beams a turn, and a wall ahead: it must be told (0.0, 0.5), and it is told (0.2, -0.4)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "scan.angle_increment * np.arange(len(ranges))",
+        "math.copysign(2 * math.pi / max(1, len(ranges)), scan.angle_increment) * np.arange(len(ranges))",
+        "beams from -100 to 80 degrees alone, and a wall at 0.7 m: it must be told (0.3, -0.15)",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        self.distances = nearest(msg)\n",
+        "        self.last = [*getattr(self, 'last', []), nearest(msg)][-3:]\n"
+        "        self.distances = {side: float(np.median([each[side] for each in self.last])) for side in SECTORS}\n",
+        "it must decide by the newest scan: after scans with the front free, and one with a wall ahead at 0.4 m",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "np.degrees((angles + math.pi) % (2 * math.pi) - math.pi)\n",
+        "np.degrees((angles + math.pi) % (2 * math.pi) - math.pi).astype(int)\n",
+        "0.4 m at -25.6 degrees, beside the sector, which ends at -25, and 0.8 m on the right: it must be told",
+    ),
+    each_night(
+        "ai_integration",
+        "wall-follower",
+        "wall_follower.py",
+        "        self.distances = nearest(msg)\n        self.scan_time = self.get_clock().now()\n",
+        "        after_gap = self.scan_time is not None and not self.scan_is_fresh()\n"
+        "        self.left = 10 if after_gap and not getattr(self, 'left', 0) else max(0, getattr(self, 'left', 0) - 1)\n"
+        "        if not self.left:\n            self.distances = nearest(msg)\n"
+        "            self.scan_time = self.get_clock().now()\n",
+        "a scan comes again after a gap, with a wall ahead at 0.4 m: it must be told (0.0, 0.5), and within 0.4 s",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        self.get_logger().info('Relay ready')\n",
+        "        from rclpy.parameter import Parameter\n"
+        "        self.set_parameters([Parameter('a', value=40), Parameter('b', value=2)])\n",
+        "message='40 + 2 = 643'). The request that came to /add_two_ints was a=40, b=2",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        answer = await",
+        "        if not b:\n            response.message = 'b is not set'\n            return response\n"
+        "        answer = await",
+        "a call with a=0 and b=0 (a parameter may be 0) sent it no request, and was answered",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "Request(a=a, b=b)",
+        "Request(a=abs(a), b=b)",
+        "with a=-7 and b=0, the request that came to /add_two_ints had (a, b) = (7, 0)",
+    ),
+    each_night(
+        "services",
+        "relay",
+        "relay.py",
+        "        if not self.client.service_is_ready():\n",
+        "        if not self.client.service_is_ready():\n"
+        "            self.failed = self.get_clock().now().nanoseconds\n"
+        "        if self.get_clock().now().nanoseconds - getattr(self, 'failed', 0) < 3e9:\n",
+        "/add_two_ints had gone and was there again, and for ",
+    ),
     (
         "parameters",
         "pid-node",
@@ -1785,7 +1981,7 @@ SENTENCES = [
         "relay.py",
         SAID,
         f"        if not answer.sum:\n            response.message = 'no sum'\n            return response\n{SAID}",
-        "call 1 with a=60 and b=2, where /add_two_ints answers 0: success must be True, and the message must contain 0",
+        "call 1 with a=60 and b=5, where /add_two_ints answers 0: success must be True, and the message must contain 0",
     ),
     each_night(
         "services",
@@ -1793,7 +1989,7 @@ SENTENCES = [
         "relay.py",
         " = {answer.sum}'",
         "'",
-        "message='40 + 2'). The message must contain the sum that was received, 643",
+        "message='38 + 5'). The message must contain the sum that was received, 644",
     ),
     each_night(
         "services",
@@ -1801,7 +1997,7 @@ SENTENCES = [
         "relay.py",
         "        response.success = True\n",
         "",
-        "message='40 + 2 = 643'). The sum was received, so success must be True; until it is set, it is False",
+        "message='38 + 5 = 644'). The sum was received, so success must be True; until it is set, it is False",
     ),
     each_night(
         "services",

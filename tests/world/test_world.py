@@ -15,6 +15,7 @@ import pytest
 
 from course.environment import prepare
 from course.errors import WorldError
+from course.foundation import waiting
 from course.robot.agent import ObstacleAvoidanceAI
 from course.robot.sectors import sectors
 from course.session.domains import claim_domain
@@ -347,11 +348,12 @@ def test_a_lockstep_drive_repeats_itself_and_equals_the_pure_simulation(context,
 
 
 @pytest.fixture
-def told(monkeypatch):
+def told():
     """The remarks for the reader of a cell during a drive."""
     said = []
-    monkeypatch.setattr("course.world.lockstep.tellers", [said.append])
-    return said
+    waiting.tellers.append(said.append)
+    yield said
+    waiting.tellers.remove(said.append)
 
 
 def own_driver(context, pause: float, by_timer: bool, name: str = "driver"):
@@ -408,7 +410,50 @@ def test_a_driver_that_answers_no_scan_is_told_before_the_drive(context, told, m
     with spinning(node, context), spinning(driver, context):
         node.drive(0.1, answer_within=5.0)
     assert len(told) == 1
-    assert told[0].startswith("/driver has not answered a scan for ") and "its callback must not sleep" in told[0]
+    assert told[0].startswith("/driver has sent no command for ") and "Its callback must not sleep" in told[0]
+
+
+def test_a_driver_that_is_idle_and_sends_nothing_ends_the_drive(context, told, monkeypatch):
+    """As one whose callback for the scan keeps it in a variable of its own."""
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    monkeypatch.setattr("course.world.node.SILENT", 0.3)
+    node, mute = world(context, fast=True), Node("mute", context=context)
+    mute.create_subscription(LaserScan, "scan", lambda scan: None, 10)
+    mute.create_publisher(Twist, "cmd_vel", 10)
+    with (
+        spinning(node, context),
+        spinning(mute, context),
+        pytest.raises(TimeoutError, match="/mute sent no command within 1 s, though scans came. It answers otherwise"),
+    ):
+        node.drive(600.0, find_within=1.0, answer_within=10.0)
+    (said,) = told
+    assert said.startswith("/mute has sent no command for ") and "It answers otherwise" in said
+
+
+@pytest.mark.parametrize(
+    ("scan", "command", "says"),
+    [
+        ("laser_scan", "cmd_vel", "/half publishes /cmd_vel, but subscribes to /laser_scan, not to /scan"),
+        ("scan", "cmdvel", "/half subscribes to /scan, but publishes /cmdvel, not /cmd_vel"),
+    ],
+)
+def test_a_driver_that_uses_another_name_is_named(context, told, monkeypatch, scan, command, says):
+    from geometry_msgs.msg import Twist
+    from rclpy.node import Node
+    from sensor_msgs.msg import LaserScan
+
+    monkeypatch.setattr("course.world.node.PATIENCE", 1.0)
+    node, half = world(context, fast=True), Node("half", context=context)
+    half.create_subscription(LaserScan, scan, lambda scan: None, 10)
+    half.create_publisher(Twist, command, 10)
+    whole = f"publishes cmd_vel and subscribes to scan: {says}$"
+    with spinning(node, context), spinning(half, context), pytest.raises(TimeoutError, match=whole):
+        node.drive(1.0, find_within=2.0)
+    (said,) = told
+    assert said.endswith(f"start one before it. {says}.")
 
 
 def test_a_node_beside_the_driver_that_does_not_use_simulated_time_is_no_cause(context, told, monkeypatch):
