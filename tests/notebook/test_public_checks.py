@@ -1038,7 +1038,8 @@ SENTENCES = [
         "wall_follower.py",
         "        self.distances = nearest(msg)\n        self.scan_time = self.get_clock().now()\n",
         "        after_gap = self.scan_time is not None and not self.scan_is_fresh()\n"
-        "        self.left = 10 if after_gap and not getattr(self, 'left', 0) else max(0, getattr(self, 'left', 0) - 1)\n"
+        "        left = getattr(self, 'left', 0)\n"
+        "        self.left = 10 if after_gap and not left else max(0, left - 1)\n"
         "        if not self.left:\n            self.distances = nearest(msg)\n"
         "            self.scan_time = self.get_clock().now()\n",
         "a scan comes again after a gap, with a wall ahead at 0.4 m: it must be told (0.0, 0.5), and within 0.4 s",
