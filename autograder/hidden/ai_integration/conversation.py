@@ -395,16 +395,16 @@ class Follower(TopicProgram):
 
         return self.ask(listen)
 
-    def is_silent(self, scan: LaserScan) -> bool:
-        """Return True if it no longer sends commands while it gets this scan again and again."""
+    def commands_at(self, scan: LaserScan) -> list[Command]:
+        """Return the commands that it sends while it gets this scan again and again; none if it is silent then."""
 
-        def show(limit: float, alive: Alive) -> bool | None:
+        def show(limit: float, alive: Alive) -> list[Command] | None:
             self.tick(scan)
             before = len(self.commands.heard)
             for _ in range(STAYS):
                 self.tick(scan)
-            came = self.commands.wait(lambda heard: heard[before:], self.allow(STILL_FRESH), alive)
-            return not came if alive() else None
+            self.commands.wait(lambda heard: heard[before:], self.allow(STILL_FRESH), alive)
+            return commands_of(self.commands.heard[before:]) if alive() else None
 
         return self.ask(show)
 

@@ -159,6 +159,7 @@ def test_keeps_its_distance(agent: Agent, rng: random.Random) -> None:
         ),
         *(one for right in sharp for one in case(2.0, right, "With a wall on the right, very near or nearly lost")),
         *case(rng.uniform(0.505, 0.54), 0.5, "With a wall ahead farther than 0.5 m, and one on the right"),
+        *case(rng.uniform(0.55, 0.9), rng.choice(sharp), "With a wall ahead farther than 0.5 m, and one on the right"),
         *case(INF, rng.uniform(0.65, 0.75), "With nothing ahead, and a wall near 0.6 m right"),
     )
 
@@ -502,10 +503,16 @@ def test_rate(follower: Follower, by_the_wall: Follower, rng: random.Random) -> 
                 f"{said(others[0])}.",
                 commands,
             )
-    if follower.is_silent(PLAIN.flat(rng, front=STILL, right=some_distance(rng))):
+    standing = follower.commands_at(PLAIN.flat(rng, front=STILL, right=some_distance(rng)))
+    if not standing:
         raise Wrong(
             "Commands must be published at 10 Hz, whatever the agent decides: another agent decided to stand still "
             "(linear 0, angular 0), and no command came."
+        )
+    if STOP not in standing:
+        raise Wrong(
+            "The node must publish what decide_action of the WallAgent in wall_agent.py returns: another agent decided "
+            f"to stand still (linear 0, angular 0), and the robot was told {said(standing[-1])}."
         )
     expect_without_a_clock(by_the_wall, near)
 
