@@ -35,6 +35,7 @@ PROFILES = Path(__file__).parent
 COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete
+CERTAIN = 0.5  # s without one after which a name that is looked for is not there, or has no publisher
 REMOTE = 0.3  # s to wait for other hosts, whose participants cannot be counted beforehand
 UNCOUNTED = 0.5  # s to wait for all hosts in the other domains, as ros2cli does
 PATIENCE = 3.5  # s to wait for discovery at most; Fast DDS announces a participant every 3 s
@@ -163,11 +164,13 @@ class Graph:
 
     # --- waiting ---
 
-    def settle(self, ready: Callable[[], object] = lambda: False, *, names_only: bool = False) -> bool:
+    def settle(
+        self, ready: Callable[[], object] = lambda: False, *, names_only: bool = False, quiet: float = QUIET
+    ) -> bool:
         """Wait until discovery is complete, or until `ready()`; return whether `ready()` holds then.
 
         With `--spin-time` this waits exactly that long.  With `names_only`, nodes count without their topics and
-        services.
+        services; without it, they are complete when none has come for `quiet` s.
         """
         seen: tuple[int, ...] = ()
         changed = self.created
@@ -177,8 +180,8 @@ class Graph:
             now = time.monotonic()
             if not names_only and (size := self._size()) != seen:
                 seen, changed = size, now
-            quiet = names_only or now - changed >= QUIET
-            return quiet and now - self.created >= self.least and self.complete(names_only=names_only)
+            settled = names_only or now - changed >= quiet
+            return settled and now - self.created >= self.least and self.complete(names_only=names_only)
 
         if self.spin_time is None:
             wait_until(lambda: ready() or complete(), self.created + PATIENCE - time.monotonic())
@@ -295,8 +298,14 @@ class Graph:
 
     def types_of(self, name: str, look: Callable[[], list[tuple[str, list[str]]]]) -> list[str]:
         """Return all the types that `look()` lists for `name` once discovery is complete."""
+
+        def found() -> list[str]:
+            return next((types for known, types in look() if known == name), [])
+
         self.settle()
-        return next((types for known, types in look() if known == name), [])
+        if not found():  # on a busy machine some of a node's topics and services may come late
+            self.settle(found, quiet=CERTAIN)
+        return found()
 
     def counts(self, name: str) -> tuple[int, int]:
         """Return how many publishers and subscriptions a topic has."""

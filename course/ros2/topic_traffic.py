@@ -7,7 +7,7 @@ from typing import Any
 from course.errors import RosError
 from course.ros import messages, qos
 from course.ros.elsewhere import tell_if_alone
-from course.ros.graph import Graph
+from course.ros.graph import CERTAIN, Graph
 from course.ros.messages import Message
 from course.ros2 import completion, grammar, printing, qos_options
 
@@ -120,7 +120,8 @@ def echo(args: Namespace) -> str | None:
             except messages.INVALID_TYPE:
                 grammar.tell_near(args.message_type, messages.all_types("msg"))
                 raise RosError("The passed message type is invalid") from None
-            graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name))
+        # The type may be known of a subscription alone, and a publisher may keep what was published before.
+        graph.settle(lambda: graph.node.get_publishers_info_by_topic(args.topic_name), quiet=CERTAIN)
         if not overridden and (publishers := graph.node.get_publishers_info_by_topic(args.topic_name)):
             qos.match_publishers(profile, publishers)
         printed = False
