@@ -226,11 +226,12 @@ class Alone:
             self._end(process, why)
             self.gives_up()
 
-    def gives_up(self, usage: str = "", least: float = 0.0, *, plainly: bool = False) -> None:
+    def gives_up(self, usage: str = "", least: float = 0.0, *, plainly: bool = False, answered: str = "") -> None:
         """Wait for its end; raises ExerciseError if it did not end by itself, said nothing, or ended with status 0.
 
-        Also if it said nothing but its `usage`, if it ended earlier than `least` s after it could first see a server,
-        or after its request to a silent one, or with a traceback, where it must end `plainly`.
+        Also if it said nothing but its `usage`, or nothing but what it says when it is `answered`, if it ended earlier
+        than `least` s after it could first see a server, or after its request to a silent one, or with a traceback,
+        where it must end `plainly`.
         """
         process, session, why = self._process, live(), ""
         if process is None:
@@ -270,6 +271,11 @@ class Alone:
             raise ExerciseError(
                 f"{self._when}, {process.name} must say so, but it prints the same as with only one argument:\n"
                 f"{process.output.strip()}"
+            )
+        if not _said(process.output) - _said(answered):
+            raise ExerciseError(
+                f"{self._when}, {process.name} must say so in a line that it prints in no other case, but each of "
+                f"these it prints with an answer, too:\n{process.output.strip()}"
             )
         waited = self._over - self._begun
         if not self._silent and self._begun and self._over and waited < least:
