@@ -38,7 +38,11 @@ def _named_limits(function: ast.AST) -> dict[str, set[str]]:
 
 
 def _limits(value: ast.expr, known: dict[str, set[str]]) -> set[str]:
-    nested = any(isinstance(node, ast.Call) and name_of(node.func) in OTHER for node in walk(value))
+    """Return the limits that a value is, as text; none of what is computed of them, such as `-output_max`."""
+    nested = any(
+        isinstance(node, (ast.UnaryOp, ast.BinOp)) or (isinstance(node, ast.Call) and name_of(node.func) in OTHER)
+        for node in walk(value)
+    )
     if isinstance(value, ast.Name) and value.id in known:
         return known[value.id]
     return set() if nested else {*LIMIT.findall(ast.unparse(value))}

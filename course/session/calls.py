@@ -19,7 +19,7 @@ from course.explaining.hangs import NOT_SPUN
 from course.explaining.lines_that_wait import crowded, remark
 from course.explaining.source import ONE_AT_A_TIME, answering, blocked, second_check, swapped_callbacks, wrong_result
 from course.foundation.waiting import Lasting, wait_until
-from course.ros.names import OF_EVERY_NODE, SEND, base, full, is_of_every_node, split, type_name
+from course.ros.names import OF_EVERY_NODE, SEND, base, is_of_every_node, split, type_name
 from course.ros.rclpy_internals import NodeNameNonExistentError, RCLError, action_name, client_of, is_served
 from course.session.guards import in_main_thread, say
 from course.session.interface_usage import is_of
@@ -545,7 +545,7 @@ class Calls:
         kind = type_name(cast(type, client.srv_type))
         if kind.startswith(OF_EVERY_NODE):  # its node is missing
             node, _, _ = client.service_name.rpartition("/")
-            nodes = sorted(full(name, space) for name, space in self.node.get_node_names_and_namespaces())
+            nodes = sorted({*Presence(self.node).names()})
             listed = listing([name for name in nodes if not base(name).startswith("_")], node)
             return (
                 f"No node is called {node}. Nodes here: {listed}."

@@ -842,6 +842,7 @@ LIMITS = "low, high = self.value('output_min'), self.value('output_max')\n      
         ("callback", LIMITS + "effort = min(low, max(high, msg.data))", "is never above the lower limit."),
         ("callback", LIMITS + "if data > low: low = high = 1.0\n        effort = min(low, max(high, msg.data))", ""),
         ("callback", LIMITS + "effort = max(low, min(high, msg.data))", ""),
+        ("callback", "low = -self.output_max\n        effort = max(low, msg.data)", ""),
         ("callback", LIMITS + "if effort > high: effort = low",
          "line 8: a value above the upper limit is set to the lower one here: the two are exchanged. Write `ef"),
         ("callback", LIMITS + "if low >= effort: effort = high", "a value below the lower limit is set to the upper"),
