@@ -640,7 +640,7 @@ UP = "            self.floor += 1 if left[0] > self.floor else -1\n"
     ("old", "new", "says"),
     [
         ("time.sleep(period)", "time.sleep(min(0.5, period))",
-         "started with a step_period of 0.7, its first step was reported after 0."),
+         "started without a step_period, whose default is 1.0, its first step was reported after 0."),
         each_night(FREED, f"        self.floor *= request.data or not self.blocked\n{FREED}",
                    ", as before: the feedback of a goal for floors 0 and 9 must begin with ("),
         each_night(UP, f"{UP}            if left[0] < self.floor and self.floor in left:\n"
@@ -883,6 +883,43 @@ SWALLOWED = """\
 PID = answers.solution("parameters")["pid_node.py"].decode()
 CLAMPED = PID[PID.index("        effort = (self.value('kp')") : PID.index("\n\ndef main")]
 SENTENCES = [
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "            goal_handle.publish_feedback(\n"
+        "                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n",
+        "            goal_handle.publish_feedback(\n"
+        "                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
+        "            left = [each for each in left if each not in stops]\n",
+        "and stops=[2, 2, 1, 2, 1]; it had [(2, 3), (1, 0)] and stops=[2, 2, 1, 1]",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "stops_left=len(left)",
+        "stops_left=len(set(left))",
+        "it had [(2, 2), (1, 2), (2, 1), (1, 0)] and stops=[2, 2, 1, 2, 1]",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "            goal_handle.publish_feedback(\n"
+        "                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n",
+        "            goal_handle.publish_feedback(\n"
+        "                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n            time.sleep(period)\n",
+        "step_period is 0.25: of all steps the fastest took 0.5",
+    ),
+    each_night(
+        "actions",
+        "lift-server",
+        "lift_server.py",
+        "'step_period', 1.0",
+        "'step_period', 0.5",
+        "started without a step_period, whose default is 1.0, its first step was reported after 0.",
+    ),
     each_night(
         "calculator",
         "calculator-server",
@@ -2070,7 +2107,7 @@ SENTENCES = [
         "lift_server.py",
         "time.sleep(period)",
         "time.sleep(0.25)",
-        "started with a step_period of 0.7, its first step was reported after 0.2",
+        "started without a step_period, whose default is 1.0, its first step was reported after 0.2",
     ),
     each_night(
         "actions",
@@ -2622,7 +2659,15 @@ SENTENCES = [
         "lift_client.py",
         "nargs='+'",
         "nargs='*'",
-        "'1 --cancel-after two' it must print its usage, and send no goal; it sent one for the floors []",
+        "and '2 1 --fast' it must print its usage, and send no goal; it sent one for the floors []",
+    ),
+    each_night(
+        "actions",
+        "lift-client",
+        "lift_client.py",
+        "options = parser.parse_args(",
+        "options, _ = parser.parse_known_args(",
+        "and '2 1 --fast' it must print its usage, and send no goal; it sent one for the floors [2, 1]",
     ),
     each_night(
         "actions",
@@ -2888,6 +2933,22 @@ SENTENCES = [
 def test_a_check_holds_a_sentence_of_its_task(empty, exercise, check, file, old, new, says):
     files = answers.changed(answers.solution(exercise), file, (old, new))
     assert says in Page(exercise).judge(files, check)[check]
+
+
+TOLD = "            goal_handle.publish_feedback(\n                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
+TAKEN_OVER = "            if self.blocked or self.newest is not goal_handle:\n"
+
+
+@pytest.mark.matrix
+def test_a_check_sees_a_step_that_a_goal_makes_after_another_one_took_over_from_it(empty):
+    """Its server looks for a newer goal behind each step only, and so a goal that has waited makes one."""
+    looks = f"{TOLD}            if left and self.newest is not goal_handle:\n                goal_handle.abort()\n"
+    changes = (TAKEN_OVER, "            if self.blocked:\n"), (TOLD, f"{looks}                break\n")
+    files = answers.changed(answers.solution("actions"), "lift_server.py", *changes)
+    said = Page("actions").judge(files, "lift-server")["lift-server"]
+    assert said.startswith(
+        "a goal from which another one took over while it waited for its first step must make none: "
+    ), said
 
 
 FOUR_THREADS = (
