@@ -2935,7 +2935,8 @@ def test_a_check_holds_a_sentence_of_its_task(empty, exercise, check, file, old,
     assert says in Page(exercise).judge(files, check)[check]
 
 
-TOLD = "            goal_handle.publish_feedback(\n                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
+SENDS = "            goal_handle.publish_feedback(\n"
+TOLD = SENDS + "                Lift.Feedback(floor=self.floor, stops_left=len(left)))\n"
 TAKEN_OVER = "            if self.blocked or self.newest is not goal_handle:\n"
 
 
