@@ -403,8 +403,11 @@ def test_a_student_drives_a_world_changes_it_by_hand_and_by_keys_while_a_cell_ru
     expect(view.get_by_label("obstacle_threshold")).to_be_visible()
     check_a_refusal(page, view)
     expect_no_barriers(page, ".ros-Panel", "robot")
+    page.evaluate("() => document.body.appendChild(document.createElement('input')).focus()")  # for a terminal's input
     page.set_viewport_size({"width": 390, "height": 800})
-    page.get_by_role("tab", name="Robot", exact=True).click()  # on a narrow page it lies behind the notebook
+    page.get_by_role("tab", name="Robot", exact=True).wait_for()  # on a narrow page it lies behind the notebook
+    assert page.evaluate("() => document.activeElement === document.body.lastElementChild")
+    page.get_by_role("tab", name="Robot", exact=True).click()
     page.wait_for_function("() => document.querySelector('.ros-Panel').getBoundingClientRect().right <= 390")
     assert view.evaluate("view => view.scrollWidth <= view.clientWidth")
 

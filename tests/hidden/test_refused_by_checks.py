@@ -14,6 +14,10 @@ KEEPS = {
         "15.5 add 3.2 succeeded with the message 'Division by zero' of that refusal: each answer must depend on",
     ): "whether a success has a message is up to the student: the hidden tests look at its success and its result",
     (
+        "actions",
+        "and '2 1 --fast' it must print its usage, and send no goal; it sent one for the floors [2, 1]",
+    ): "an option that nobody asks for: the hidden tests look at wrong floors and numbers",
+    (
         "calculator",
         "an operation of 3000 letters, all of them x, must not succeed",
     ): "the hidden tests look whether the server goes on after so long an operation, not at its answer",

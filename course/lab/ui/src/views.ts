@@ -89,10 +89,16 @@ export function addView(
     }
     const narrow = isNarrow();
     if (narrow ? panel.isVisible && notebook?.isAttached && barOf(panel) !== barOf(notebook) : behind) {
-      const front = panel.node.contains(document.activeElement) || !notebook ? panel : notebook;
+      const focused = document.activeElement;
+      const within = [panel, notebook].some(each => each?.node.contains(focused));
+      const front = panel.node.contains(focused) || !notebook ? panel : notebook;
       put(panel, narrow);
       behind = narrow;
-      app.shell.activateById(front.id);
+      if (within || focused === document.body) {
+        app.shell.activateById(front.id);
+      } else {
+        dockOf(front)?.selectWidget(front); // what is typed in a terminal is not to go to the notebook
+      }
     }
     if (isPhone() && panel.isVisible) {
       shell?.collapseRight();

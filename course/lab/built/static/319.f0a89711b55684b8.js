@@ -1298,6 +1298,7 @@ body[data-jp-theme-light='false'] img.ros-figure {
 
 .ros-Robot-swatch {
   border-radius: 2px;
+  flex: none; /* beside a long text, too */
   height: 10px;
   width: 10px;
 }
