@@ -202,6 +202,9 @@ class Report:
             raise ValueError(str(error)) from None
         if report.score is not None and not 0 <= report.score <= report.max_score:
             raise ValueError(f"a score of {report.score}")
+        for name in (report.student, report.assignment):  # a page is written to FOLDER/STUDENT/ASSIGNMENT.html
+            if name in ("", ".", "..") or "/" in name or "\0" in name:
+                raise ValueError(f"{name!r} is not the name of a folder")
         return report
 
     def public(self) -> dict:

@@ -211,6 +211,8 @@ def test_show_prints_of_a_class_what_was_not_passed(out, capsys):
         lambda line: json.dumps(json.loads(line) | {"score": "20"}),
         lambda line: json.dumps(json.loads(line) | {"score": float("nan")}),
         lambda line: json.dumps(json.loads(line) | {"score": 1e308}),
+        lambda line: json.dumps(json.loads(line) | {"student": "../../ada"}),  # of its page, which would be elsewhere
+        lambda line: json.dumps(json.loads(line) | {"assignment": "/tmp/services"}),
         lambda line: json.dumps(json.loads(line) | {"flags": [5]}),
         lambda line: json.dumps(json.loads(line) | {"tests": [{"id": "x"}]}),
         lambda _: "",
