@@ -23,7 +23,7 @@ KEEPS = {
     ): "the hidden tests look whether the server goes on after so long an operation, not at its answer",
     (
         "calculator",
-        "5.0 add 0.0 gave 6.0, and asked once more, 5.0: each answer must depend on its own request alone, not on an",
+        "1.0004 add 2.0 gave 4.0004, and asked once more, 3.0004: each answer must depend on its own request alone",
     ): "wrong after one request of the check alone: the hidden tests draw others",
     (
         "parameters",

@@ -1541,7 +1541,7 @@ SENTENCES = [
         "wall_follower.py",
         "'right': (-80, -40)",
         "'right': (-60, -40)",
-        "a wall on the right, the nearest point 0.7 m away at -79 degrees: it must be told (0.3, -0.15)",
+        "one beam alone, at -60 degrees, with 0.7 m: it must be told (0.3, -0.15)",
     ),
     each_night(
         "parameters",
@@ -2341,7 +2341,7 @@ SENTENCES = [
             "response.result = request.a + request.b + getattr(self, 'memory', 0.0)\n"
             "            self.memory = 0.0 if response.result else 1.0"
         ),
-        "5.0 add 0.0 gave 6.0, and asked once more, 5.0: each answer must depend on its own request alone, not on an",
+        "1.0004 add 2.0 gave 4.0004, and asked once more, 3.0004: each answer must depend on its own request alone",
     ),
     each_night(
         "calculator",
