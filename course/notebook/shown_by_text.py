@@ -160,7 +160,8 @@ def _without_sign(file: str) -> str:
     nodes = [*walk(parse(source))]
     compared = {part for node in nodes if isinstance(node, ast.Compare) for part in walk(node)}
     for call in (node for node in nodes if isinstance(node, ast.Call) and node not in compared):
-        if name_of(call.func) in ("abs", "fabs", "absolute") and name_of(call.args[0]) == "angle_increment":
+        unsigned = name_of(call.func) in ("abs", "fabs", "absolute")
+        if unsigned and call.args and name_of(call.args[0]) == "angle_increment":
             return (
                 f"\n{frame_at(file, call.lineno, source)}\nThe angle_increment of a scanner that turns clockwise is "
                 f"negative: without its sign the beams on the right are taken for those on the left. Leave out "

@@ -612,7 +612,6 @@ def test_a_live_figure_that_is_slow_to_draw_leaves_the_rest_of_the_time_to_the_n
 def test_a_live_figure_gives_up_in_time_and_says_so(monkeypatch):
     told = []
     monkeypatch.setattr(waiting, "tellers", [told.append])
-    monkeypatch.setattr("course.figures.picture.tellers", waiting.tellers)
     with figures.live(figures.feedback, goal("goal")) as shown:
         assert not shown.wait(lambda: False, timeout=0.1)
     assert told == ["`wait` has ended after 0.1 s, and its condition has not come true."]
@@ -620,7 +619,7 @@ def test_a_live_figure_gives_up_in_time_and_says_so(monkeypatch):
 
 def test_a_timeline_of_nothing_is_told_unless_it_is_live(monkeypatch):
     told = []
-    monkeypatch.setattr("course.figures.actions.tellers", [told.append])
+    monkeypatch.setattr(waiting, "tellers", [told.append])
     with figures.live(figures.timeline, goal()):
         pass
     figures.timeline(goal(), goal("goal"))

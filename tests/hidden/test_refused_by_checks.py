@@ -19,7 +19,7 @@ KEEPS = {
     ): "an option that nobody asks for: the hidden tests look at wrong floors and numbers",
     (
         "calculator",
-        "an operation of 3000 letters, all of them x, must not succeed",
+        "an operation of 60 letters, all of them x, must not succeed",
     ): "the hidden tests look whether the server goes on after so long an operation, not at its answer",
     (
         "calculator",

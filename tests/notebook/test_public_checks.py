@@ -1265,7 +1265,7 @@ SENTENCES = [
             "        if self.last_time is None:\n            self.last_error, self.last_time = error, now\n"
             "            return\n        step = now - self.last_time\n"
         ),
-        "When an error of 1.0 was sent first, no effort came: each error is answered, also the first",
+        "When an error of 5.0 was sent first, no effort came: each error is answered, also the first",
     ),
     each_night(
         "parameters",
@@ -2014,7 +2014,7 @@ SENTENCES = [
         "relay.py",
         SAID,
         LARGEST,
-        "std_srvs.srv.Trigger_Response(success=True, message='643'). That is the answer to another caller: ",
+        "std_srvs.srv.Trigger_Response(success=True, message='644'). That is the answer to another caller: ",
     ),
     each_night(
         "services",
@@ -2322,7 +2322,7 @@ SENTENCES = [
         "calculator_server.py",
         "        response.success = True\n",
         "        response.success = True\n        if len(request.operation) > 20:\n            raise ValueError\n",
-        "1.0 (an operation of 3000 letters) 2.0: /calculator does not answer.\ncalculator_server.py ended with exit",
+        "1.0 (an operation of 60 letters) 2.0: /calculator does not answer.\ncalculator_server.py ended with exit",
     ),
     each_night(
         "calculator",
@@ -2330,7 +2330,7 @@ SENTENCES = [
         "calculator_server.py",
         "request.operation != 'divide'",
         "request.operation != 'divide' and len(request.operation) < 20",
-        "an operation of 3000 letters, all of them x, must not succeed",
+        "an operation of 60 letters, all of them x, must not succeed",
     ),
     each_night(
         "calculator",

@@ -241,8 +241,8 @@ class PlotFeed:
     def _publishers(self, live: Session) -> list[TopicEndpointInfo]:
         """Return the publishers of nodes.
 
-        Those in cells are none: a public check waits for a subscriber, and must not take the plot for one. Commands for
-        driving by hand are published in the kernel, too, but count.
+        Publishers in cells do not count: a public check waits for a subscriber, and must not take the plot for one.
+        Commands for driving by hand are published in the kernel, too, but count.
         """
         own = live.node.get_fully_qualified_name()
         publishers = live.node.get_publishers_info_by_topic(self._topic)

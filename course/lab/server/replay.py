@@ -1,4 +1,4 @@
-"""The output of a terminal as it is shown again to a page that is loaded anew, perhaps at another width.
+"""The output of a terminal as it is shown to a page that is loaded again, perhaps at another width.
 
 A prompt that is drawn again, as bash does when the width changes, is first removed: by so many rows as it had at the
 width of that time.  At another width these would be rows of what stands above it.  So what was removed is left out.
@@ -16,7 +16,7 @@ MODE = re.compile(r"\x1b\[\?[\d;]+[hl]")  # stays in force although what is besi
 
 
 class Replay(deque[str]):
-    """What a terminal of terminado has printed, in pieces; terminado makes a copy of it to show it again."""
+    """The output of a terminal, in pieces; terminado makes a copy of it for a page that is loaded."""
 
     def copy(self) -> "Replay":
         """Return what is to be shown."""
