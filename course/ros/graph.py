@@ -36,6 +36,7 @@ COMMAND_PREFIX = "_ros2cli"
 
 QUIET = 0.1  # s without a change after which topics and services count as complete
 CERTAIN = 0.5  # s without one after which a name that is looked for is not there, or has no publisher
+LEAVING = 1.0  # s for which a node that ends may be listed without what it had
 REMOTE = 0.3  # s to wait for other hosts, whose participants cannot be counted beforehand
 UNCOUNTED = 0.5  # s to wait for all hosts in the other domains, as ros2cli does
 PATIENCE = 3.5  # s to wait for discovery at most; Fast DDS announces a participant every 3 s
@@ -322,12 +323,17 @@ class Graph:
 
         The kinds are publisher, subscriber, service, client, action_server and action_client.
         """
-        try:
-            found = self._look_at_node(kind, *split(node_name))
-        except RuntimeError:
-            if any(node.full_name == absolute(node_name) for node in self.nodes(hidden=True)):
-                raise
-            return []  # the node has ended since it was listed
+        found: list[tuple[str, list[str]]] = []
+
+        def looked() -> bool:
+            nonlocal found
+            try:
+                found = self._look_at_node(kind, *split(node_name))
+            except RuntimeError:  # the middleware knows its name, and not yet, or no more, what it has
+                return all(node.full_name != absolute(node_name) for node in self.nodes(hidden=True))
+            return True
+
+        wait_until(looked, LEAVING)  # one that is still listed then has left nothing but its name
         return sorted((name, types) for name, types in found if hidden or not is_hidden(name))
 
     def _look_at_node(self, kind: str, name: str, namespace: str) -> list[tuple[str, list[str]]]:
