@@ -119,9 +119,8 @@ class AnotherAgent:
 
     def __init__(self, file: str):
         self._file = file
-        self._told: list[
-            list[float]
-        ] = []  # the number of each decision; of each command after it: its speeds, the agents
+        # The number of each decision, and of each command after it its two speeds and how many agents there were.
+        self._told: list[list[float]] = []
         self._over = threading.Event()
         threading.Thread(target=self._run, daemon=True).start()
 

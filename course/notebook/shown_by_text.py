@@ -172,10 +172,13 @@ def _without_sign(file: str) -> str:
 
 def unread_limit(file: str, field: str) -> str:
     """Return a sentence on a program that never reads this limit of a scan's ranges; '' if it may."""
+    return "" if _may_read(file, field) else f". Nothing in {file} reads `{field}` of the scan"
+
+
+def _may_read(file: str, field: str) -> bool:
+    """Return True if a program has the name of a field, or may read it by another way."""
     source = text_at(Path(file))
-    if re.search(rf"\b{field}\b", ast.unparse(parse(source))) or "getattr" in source:
-        return ""
-    return f". Nothing in {file} reads `{field}` of the scan"
+    return re.search(rf"\b{field}\b", ast.unparse(parse(source))) is not None or "getattr" in source
 
 
 def seen_wrongly(file: str, *, nothing: bool) -> str:
@@ -612,8 +615,7 @@ def clamped_wrongly(file: str) -> str:
 
 def never_reads(file: str, field: str) -> str:
     """Return a sentence on a client that never reads this field of the response; '' if it may."""
-    source = text_at(Path(file))
-    if re.search(rf"\b{field}\b", ast.unparse(parse(source))) or "getattr" in source:
+    if _may_read(file, field):
         return ""
     return f"\nNothing in {file} reads `{field}` of the response, which says whether it was refused."
 
