@@ -26,16 +26,16 @@ def endpoints(world: Node) -> tuple[set[tuple[str, str]], set[tuple[str, str]]]:
 
 
 def half_a_driver(world: Node) -> str:
-    """Return a sentence on a node that publishes commands or sees the scan, and the other under another name; or ''."""
+    """Return words on a node that publishes commands or sees the scan, and the other under another name; or ''."""
     try:
         drivers, seers = endpoints(world)
         scan, command = world.resolve_topic_name("scan"), world.resolve_topic_name("cmd_vel")
         for each in sorted(drivers - seers):
             if other := _topics(world.get_subscriber_names_and_types_by_node, each, SCAN):
-                return f" {full(*each)} publishes {command}, but subscribes to {other}, not to {scan}."
+                return f"{full(*each)} publishes {command}, but subscribes to {other}, not to {scan}"
         for each in sorted(seers - drivers):
             if other := _topics(world.get_publisher_names_and_types_by_node, each, COMMAND):
-                return f" {full(*each)} subscribes to {scan}, but publishes {other}, not {command}."
+                return f"{full(*each)} subscribes to {scan}, but publishes {other}, not {command}"
     except (RCLError, UnicodeDecodeError, RuntimeError):  # a node has an invalid name, or has ended meanwhile
         return ""
     return ""
@@ -48,9 +48,10 @@ def _topics(of_node: Callable[[str, str], list[tuple[str, list[str]]]], node: tu
 
 def tell_of_no_driver(world: Node, limit: float) -> None:
     """Tell the reader of a cell that a drive waits for its driver, at most `limit` s more."""
+    known = half_a_driver(world)
     tell_reader(
         "This drive waits for its driver, a node that publishes cmd_vel and subscribes to scan, for at most "
-        f"{limit:.0f} s more: start one before it.{half_a_driver(world)}"
+        f"{limit:.0f} s more: start one before it.{known and f' {known}.'}"
     )
 
 

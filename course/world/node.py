@@ -341,9 +341,10 @@ class World(Node):
             found_one = self._wait(lambda: found() or not alive(), timeout - PATIENCE) and alive()
         self._barrier.find(min(timeout, FIND_SERVICES))
         if not found_one:
+            known = half_a_driver(self)
             raise NoDriver(
                 f"within {timeout:g} s, no node appeared that publishes cmd_vel and subscribes to scan"
-                f"{half_a_driver(self).replace(' ', ': ', 1).removesuffix('.')}"
+                f"{known and f': {known}'}"
             )
 
     def _is_driven(self) -> bool:
